@@ -1,0 +1,32 @@
+// The one typed reader: files, the command line and the parameter server all become a YAML tree and pass here.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <yaml-cpp/yaml.h>
+
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::inputs {
+
+/// One changed input: `key` as in "initial.speed" or "consist[0].count", `value` as it would stand in the file.
+struct Override {
+  std::string key;
+  std::string value;
+};
+
+/// Splits "key=value". Throws InputError if there is no '='.
+Override parse_override(std::string_view text);
+
+/// Reads and validates a scenario file. Throws InputError (unreadable file, YAML syntax, key, type, unit, range).
+Scenario read_scenario_file(const std::string& path, const std::vector<Override>& overrides = {});
+
+/// The same from a tree; `source` names it in errors ("scenario.yaml", "/train_derail/scenario").
+Scenario read_scenario(const YAML::Node& tree, const std::string& source, const std::vector<Override>& overrides = {});
+
+/// Range and cross-field checks of a scenario that was built or changed in code. Throws InputError.
+void validate(const Scenario& scenario);
+
+}  // namespace train_derail::inputs

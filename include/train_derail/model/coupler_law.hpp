@@ -1,0 +1,110 @@
+// Coupler as a massless pin-ended bar: axial force (paper, figure 3), moment at the swing stop (figure 4),
+// lateral force from the bar's moment balance (eq. 14), reactions on both cars (eqs. 6-14 as corrected in docs/model.md).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::model {
+
+/// Axial force [N], positive in buff: zero inside the slack, K times the excess outside it.
+template <class T>
+T axial_force(const inputs::Coupler& c, const T& gap) {
+  const double closed = c.length - 0.5 * c.slack;
+  const double stretched = c.length + 0.5 * c.slack;
+  if (gap < closed) return T(c.stiffness * (closed - gap));
+  if (gap > stretched) return T(-c.stiffness * (gap - stretched));
+  return T(0.0);
+}
+
+/// Strain energy of axial_force [J].
+inline double axial_energy(const inputs::Coupler& c, double gap) {
+  const double excess = std::max(std::abs(gap - c.length) - 0.5 * c.slack, 0.0);
+  return 0.5 * c.stiffness * excess * excess;
+}
+
+/// Moment [N m] on a car at one end of the bar, sign of the swing angle gamma = beta - theta [rad]:
+/// zero within the limit, slope K_m beyond it, at most m_max.
+template <class T>
+T swing_moment(const inputs::Coupler& c, const T& gamma) {
+  if (gamma > c.swing_limit) {
+    const T m = c.swing_stiffness * (gamma - c.swing_limit);
+    return m < c.swing_moment_max ? m : T(c.swing_moment_max);
+  }
+  if (gamma < -c.swing_limit) {
+    const T m = c.swing_stiffness * (gamma + c.swing_limit);
+    return m > -c.swing_moment_max ? m : T(-c.swing_moment_max);
+  }
+  return T(0.0);
+}
+
+/// Strain energy of swing_moment [J].
+inline double swing_energy(const inputs::Coupler& c, double gamma) {
+  const double excess = std::max(std::abs(gamma) - c.swing_limit, 0.0);
+  if (c.swing_stiffness == 0.0) return 0.0;
+  const double yield = c.swing_moment_max / c.swing_stiffness;
+  if (excess <= yield) return 0.5 * c.swing_stiffness * excess * excess;
+  return c.swing_moment_max * (excess - 0.5 * yield);
+}
+
+/// Forces of one coupler. "Lead" is car k (its rear pin), "trail" car k + 1 (its front pin).
+template <class T>
+struct CouplerLoad {
+  T gap;           // G, pin to pin [m] (eq. 9)
+  T ux, uy;        // unit vector from the trail car's front pin to the lead car's rear pin: (cos beta, sin beta)
+  T axial;         // F, buff positive [N]
+  T lateral;       // E [N] (eq. 14)
+  T moment_lead;   // m on the lead car [N m]
+  T moment_trail;  // m on the trail car [N m]
+  T force_x;       // force on the lead car's rear pin [N]; the trail car's front pin feels the opposite
+  T force_y;
+};
+
+/// The same with the swing angles, which the forces need only beyond the limit.
+template <class T>
+struct CouplerState : CouplerLoad<T> {
+  T swing_lead;   // gamma at the lead car's rear pin [rad] (eq. 13)
+  T swing_trail;  // gamma at the trail car's front pin [rad]
+};
+
+/// gamma [rad]: angle of the bar (ux, uy) against a car heading (c, s), wrapped to (-pi, pi].
+template <class T>
+T swing_angle(const T& ux, const T& uy, const T& c, const T& s) {
+  using std::atan2;
+  return T(atan2(T(c * uy - s * ux), T(c * ux + s * uy)));
+}
+
+/// (dx, dy): lead car's rear pin minus trail car's front pin [m]; (c, s): cosine and sine of the cars' headings;
+/// `cos_limit`: cosine of the swing limit. The gap must not be zero.
+template <class T>
+CouplerLoad<T> coupler_load(const inputs::Coupler& law, double cos_limit, const T& dx, const T& dy, const T& c_lead,
+                            const T& s_lead, const T& c_trail, const T& s_trail) {
+  using std::sqrt;
+  CouplerLoad<T> b;
+  b.gap = sqrt(T(dx * dx + dy * dy));
+  b.ux = dx / b.gap;
+  b.uy = dy / b.gap;
+  b.axial = axial_force(law, b.gap);
+  const auto moment = [&](const T& c, const T& s) {
+    if (c * b.ux + s * b.uy >= cos_limit) return T(0.0);
+    return swing_moment(law, swing_angle(b.ux, b.uy, c, s));
+  };
+  b.moment_lead = moment(c_lead, s_lead);
+  b.moment_trail = moment(c_trail, s_trail);
+  b.lateral = (b.moment_lead + b.moment_trail) / b.gap;
+  b.force_x = b.axial * b.ux + b.lateral * b.uy;
+  b.force_y = b.axial * b.uy - b.lateral * b.ux;
+  return b;
+}
+
+template <class T>
+CouplerState<T> coupler_state(const inputs::Coupler& law, const T& dx, const T& dy, const T& c_lead, const T& s_lead,
+                              const T& c_trail, const T& s_trail) {
+  const CouplerLoad<T> b =
+      coupler_load<T>(law, std::cos(law.swing_limit), dx, dy, c_lead, s_lead, c_trail, s_trail);
+  return {b, swing_angle(b.ux, b.uy, c_lead, s_lead), swing_angle(b.ux, b.uy, c_trail, s_trail)};
+}
+
+}  // namespace train_derail::model

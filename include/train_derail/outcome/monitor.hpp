@@ -1,0 +1,55 @@
+// Watches a run and keeps what the outcome needs. Peaks are looked for in every step, the rest on a fixed grid of samples.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "train_derail/outcome/footprint.hpp"
+#include "train_derail/outcome/outcome.hpp"
+
+namespace train_derail::outcome {
+
+class Monitor {
+ public:
+  /// `model` must outlive the monitor; (t, y) is where the run starts.
+  Monitor(const model::DerailmentModel& model, const inputs::OutcomeRules& rules, double t, const model::StateVector& y);
+
+  /// One accepted step from where the last one ended to (t, y).
+  void step(double t, const double* y);
+  /// One sample; times must rise.
+  void sample(double t, const double* y);
+
+  bool off_track(Eigen::Index car) const { return off_track_[static_cast<std::size_t>(car)]; }
+  /// Largest speed of any truck centre [m/s].
+  double truck_speed_max(const double* y) const;
+
+  /// Counts, peaks, pile-up and energy at (t, y); leaves why it ended and the solver's figures alone.
+  void report(double t, const double* y, Outcome& outcome) const;
+
+ private:
+  struct GapExtreme {
+    double gap;
+    Eigen::Index coupler = -1;
+    double time = 0.0;
+  };
+
+  void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate);
+  void consider(Eigen::Index coupler, double gap, double time);
+  void sample_touches(double t, const double* y);
+
+  const model::DerailmentModel& model_;
+  const inputs::OutcomeRules rules_;
+  double energy_initial_;
+  double step_time_;
+  Eigen::ArrayXd gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
+  GapExtreme closest_, widest_;
+  std::vector<bool> off_track_;
+  std::vector<Footprint> footprints_;
+  std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
+  Closing closing_;
+  int touches_ = 0;
+  RelativeSpeed relative_;
+};
+
+}  // namespace train_derail::outcome

@@ -1,0 +1,74 @@
+// What a run yields. Cars and couplers are numbered from 1 as in the paper; 0 means "none".
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "train_derail/model/derailment_model.hpp"
+#include "train_derail/solver/integrator.hpp"
+
+namespace train_derail::outcome {
+
+enum class Ended {
+  running,             // not yet
+  at_rest,             // every truck slower than stop.speed
+  time_max,            // stop.time_max reached
+  integration_failed,  // see message
+};
+const char* to_string(Ended ended);
+
+/// Largest closing speed of two cars whose footprints (length x width rectangles) come to touch: the relative speed of the
+/// two bodies at the point of first touch, at the sample in which it is first seen. The model lets bodies pass through each
+/// other: only the first touch of a pair counts, and again after they have parted.
+struct Closing {
+  double speed = 0.0;         // magnitude of the relative velocity [m/s]
+  double normal_speed = 0.0;  // its component that closes the gap [m/s]
+  int car_a = 0, car_b = 0;   // a < b
+  double time = 0.0;          // s
+  double x = 0.0, y = 0.0;    // where [m]
+};
+
+/// Largest relative speed of the facing pins of two neighbouring cars.
+struct RelativeSpeed {
+  double speed = 0.0;  // m/s
+  int coupler = 0;     // between cars `coupler` and `coupler + 1`
+  double time = 0.0;   // s
+};
+
+struct PeakForce {
+  double force = 0.0;  // magnitude [N]
+  int coupler = 0;
+  double time = 0.0;   // s
+};
+
+/// Extent of the footprints of the cars that are past the point of derailment or off the track.
+struct PileUp {
+  double length = 0.0;  // along x [m]
+  double width = 0.0;   // along y [m]
+};
+
+struct Outcome {
+  int cars = 0;
+  int cars_past_pod = 0;   // centre of mass has reached x >= 0 (the paper's definition in its text)
+  int cars_off_track = 0;  // a truck centre has ever been sideways by more than outcome.off_track_threshold
+  Closing closing_speed_max;
+  int touches = 0;         // first touches of footprints that were counted
+  RelativeSpeed relative_speed_max;
+  PeakForce coupler_buff_peak;
+  PeakForce coupler_draft_peak;
+  double stop_time = 0.0;  // simulated time at the end, or so far [s]
+  PileUp pile_up;
+  model::EnergyLedger energy;       // at stop_time
+  double energy_initial = 0.0;      // J
+  double energy_residual = 0.0;     // |total - initial| / initial; 0 if there was none to begin with
+  Ended ended = Ended::running;
+  std::string message;              // why the integration failed
+  solver::Statistics solver;
+  double wall_time = 0.0;           // spent in integrating and monitoring [s]
+
+  double coupler_force_peak() const {
+    return coupler_buff_peak.force > coupler_draft_peak.force ? coupler_buff_peak.force : coupler_draft_peak.force;
+  }
+};
+
+}  // namespace train_derail::outcome

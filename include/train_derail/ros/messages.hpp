@@ -1,0 +1,37 @@
+// From the core's values to messages. Nothing is computed here.
+#pragma once
+
+#include <cstdint>
+
+#include <std_msgs/Header.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include "train_derail/CarStates.h"
+#include "train_derail/CouplerForces.h"
+#include "train_derail/Event.h"
+#include "train_derail/Inputs.h"
+#include "train_derail/Outcome.h"
+#include "train_derail/outcome/outcome.hpp"
+#include "train_derail/ros/event_detector.hpp"
+#include "train_derail/ros/frames.hpp"
+#include "train_derail/simulation/simulation.hpp"
+
+namespace train_derail::ros_face {
+
+CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double time, const std_msgs::Header& header,
+                     std::uint32_t run_id);
+CouplerForces to_message(const std::vector<simulation::CouplerSnapshot>& couplers, double time,
+                         const std_msgs::Header& header, std::uint32_t run_id);
+Outcome to_message(const outcome::Outcome& outcome, const std_msgs::Header& header, std::uint32_t run_id);
+Inputs to_message(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const std_msgs::Header& header,
+                  std::uint32_t run_id);
+Event to_message(const Occurrence& occurrence, const std_msgs::Header& header, std::uint32_t run_id);
+
+/// Frame of a point of the ground plane, turned by `yaw` [rad].
+geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x, double y,
+                                               double yaw);
+/// All cars.
+tf2_msgs::TFMessage to_transforms(const std::vector<simulation::CarSnapshot>& cars, const std_msgs::Header& header,
+                                  const Frames& frames);
+
+}  // namespace train_derail::ros_face

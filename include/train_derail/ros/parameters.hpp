@@ -1,0 +1,56 @@
+// The node's inputs from the parameter server: its own parameters, and the scenario below them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <XmlRpc.h>
+#include <yaml-cpp/yaml.h>
+
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
+
+namespace train_derail::ros_face {
+
+/// What the node itself can be told; docs/interface.md has the table.
+struct NodeParameters {
+  double rate = 1.0;  // simulated seconds per wall second; 0: as fast as the integrator goes [-]
+  bool start_paused = false;
+  bool exit_when_done = false;
+  std::string world_frame = "map";
+  std::string frame_prefix;                         // of all other frames
+  bool publish_clock = true;
+  bool publish_tf = true;
+  int markers_every = 1;                            // grid points; 0: no markers
+  double event_coupler_force = 1000.0 * inputs::kKip;  // threshold of COUPLER_PEAK events [N]
+  double overload_threshold = 0.1;                  // shortfall of the achieved rate that is complained about [-]
+  double diagnostics_period = 1.0;                  // wall [s]
+};
+
+/// Everything a scenario is made from, kept so that a later restart can change parts of it.
+struct ScenarioSource {
+  YAML::Node tree;
+  std::string name;                         // for errors
+  std::vector<inputs::Override> overrides;  // later ones win
+
+  inputs::Scenario read() const;
+  /// Adds overrides ("key=value"), replacing earlier ones of the same key. Throws inputs::InputError.
+  void add_overrides(const std::vector<std::string>& texts);
+};
+
+/// `tree`: all parameters below `node_name`. Throws inputs::InputError: unknown parameter, wrong type, out of range.
+NodeParameters read_node_parameters(const XmlRpc::XmlRpcValue& tree, const std::string& node_name);
+
+/// The parameters scenario, speed and set below `node_name`. Throws inputs::InputError.
+ScenarioSource read_scenario_source(const XmlRpc::XmlRpcValue& tree, const std::string& node_name);
+
+/// What stands on the parameter server below `node_name`; an empty struct if nothing does.
+XmlRpc::XmlRpcValue fetch_parameters(const std::string& node_name);
+
+/// Numbers keep every digit. Throws inputs::InputError for what YAML cannot hold.
+YAML::Node to_yaml_tree(const XmlRpc::XmlRpcValue& value, const std::string& name);
+
+/// Throws inputs::InputError unless `rate` is 0 or within 0.001 to 1000.
+void check_rate(double rate, const std::string& where);
+
+}  // namespace train_derail::ros_face

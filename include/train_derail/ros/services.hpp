@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/service_server.h>
+#include <ros/spinner.h>
+#include <std_srvs/Trigger.h>
+
+#include "train_derail/GetInputs.h"
+#include "train_derail/Restart.h"
+#include "train_derail/SetRate.h"
+#include "train_derail/Step.h"
+#include "train_derail/ros/simulation_loop.hpp"
+
+namespace train_derail::ros_face {
+
+/// Hands each call to the simulation thread and waits for its answer; decides nothing. A call that is refused answers
+/// success = false: the transport has worked. Runs on threads and a callback queue of its own, until the loop has ended.
+class Services {
+ public:
+  Services(const ::ros::NodeHandle& private_handle, SimulationLoop& loop);
+  ~Services();
+
+ private:
+  bool pause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool resume(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool step(Step::Request& request, Step::Response& response);
+  bool restart(Restart::Request& request, Restart::Response& response);
+  bool set_rate(SetRate::Request& request, SetRate::Response& response);
+  bool get_inputs(GetInputs::Request& request, GetInputs::Response& response);
+
+  SimulationLoop& loop_;
+  ::ros::CallbackQueue queue_;
+  ::ros::NodeHandle handle_;
+  std::vector<::ros::ServiceServer> servers_;
+  ::ros::AsyncSpinner spinner_;
+};
+
+}  // namespace train_derail::ros_face

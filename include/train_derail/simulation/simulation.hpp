@@ -1,0 +1,71 @@
+// One run of one scenario: the same object under the node, the command line and the studies.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/derailment_model.hpp"
+#include "train_derail/outcome/outcome.hpp"
+
+namespace train_derail::simulation {
+
+struct CarSnapshot {
+  double x, y, theta;                       // centre of mass [m, m, rad]
+  double vx, vy, omega;                     // m/s, m/s, rad/s
+  bool past_pod;                            // has passed the point of derailment
+  bool off_track;                           // counts as off the track
+  double front_truck_offset, rear_truck_offset;  // y of the truck centres, left positive [m]
+};
+
+/// Coupler i (from 0) joins cars[i] (lead) and cars[i + 1] (trail).
+struct CouplerSnapshot {
+  double gap;                        // G, pin to pin [m]
+  double angle;                      // beta, of the line from the trail car's front pin to the lead car's rear pin [rad]
+  double axial_force;                // F, buff positive [N]
+  double lateral_force;              // E [N]
+  double swing_lead, swing_trail;    // gamma at either end [rad]
+  double moment_lead, moment_trail;  // m on either car [N m]
+};
+
+struct Snapshot {
+  double time = 0.0;  // s
+  std::vector<CarSnapshot> cars;
+  std::vector<CouplerSnapshot> couplers;
+};
+
+/// Not thread-safe; not copyable. The result does not depend on how advance() is called, bit for bit.
+class Simulation {
+ public:
+  /// Throws inputs::InputError if the scenario is not valid.
+  explicit Simulation(const inputs::Scenario& scenario);
+  /// Starts from `initial` (layout of model/state.hpp) instead of the scenario's initial motion.
+  Simulation(const inputs::Scenario& scenario, const model::StateVector& initial);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  /// Starts anew at time 0. If it throws InputError the running simulation is untouched.
+  void reset(const inputs::Scenario& scenario);
+
+  /// Runs on to simulated time t [s], or to the end of the run if that comes first. A t in the past does nothing.
+  void advance(double t);
+  /// Runs to the end.
+  void run();
+
+  const inputs::Scenario& scenario() const;
+  const std::vector<model::Car>& cars() const;
+  double time() const;  // of snapshot() and state() [s]
+  bool ended() const;
+  /// State at time(); layout of model/state.hpp.
+  const model::StateVector& state() const;
+  Snapshot snapshot() const;
+  /// So far; final once ended().
+  outcome::Outcome outcome() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace train_derail::simulation

@@ -1,0 +1,78 @@
+// Integrators of ordinary differential equations behind one small interface. Knows no trains; SUNDIALS stays in the .cpp.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::solver {
+
+/// dy/dt = f(t, y), what the implicit method needs of it, and event functions whose sign changes are located.
+class OdeSystem {
+ public:
+  virtual ~OdeSystem() = default;
+
+  virtual Eigen::Index size() const = 0;
+  virtual void derivative(double t, const double* y, double* dydt) = 0;
+
+  /// That many last components are pure quadratures: integrated along, but without a say in the step size.
+  virtual Eigen::Index quadrature_count() const { return 0; }
+
+  /// Number of event functions and their values. A constant non-zero value switches one off.
+  virtual Eigen::Index event_count() const { return 0; }
+  virtual void events(double /*t*/, const double* /*y*/, double* /*values*/) {}
+
+  /// Order of the unknowns that makes the Jacobian banded: position[i] is the place of component i.
+  virtual std::vector<Eigen::Index> band_positions() const = 0;
+  virtual Eigen::Index band_lower() const = 0;
+  virtual Eigen::Index band_upper() const = 0;
+  using SetEntry = std::function<void(Eigen::Index row, Eigen::Index column, double value)>;
+  /// Calls set(row, column, df_row/dy_column) in band order for every entry that can be non-zero.
+  virtual void jacobian(double t, const double* y, const SetEntry& set) = 0;
+};
+
+struct Statistics {
+  std::int64_t steps = 0;            // accepted
+  std::int64_t rejected_steps = 0;   // by the error test or a failed nonlinear solve
+  std::int64_t rhs_evaluations = 0;
+  std::int64_t jacobian_evaluations = 0;
+};
+
+enum class StepStatus { stepped, event, failed };
+
+struct StepResult {
+  StepStatus status = StepStatus::stepped;
+  std::vector<Eigen::Index> events;  // which event functions changed sign at time(); empty unless status is event
+  std::string message;               // why it failed; empty unless status is failed
+};
+
+/// Steps from one state to the next. After a failure time() and state() stay at the last good step.
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+
+  /// One step, cut short where an event function changes sign.
+  virtual StepResult step() = 0;
+  virtual double time() const = 0;
+  virtual double previous_time() const = 0;
+  virtual const Eigen::VectorXd& state() const = 0;
+
+  /// Dense output: state at t within [previous_time(), time()].
+  virtual void interpolate(double t, Eigen::VectorXd& y) const = 0;
+
+  /// Forgets the history: f has jumped at time(). Keeps the step size.
+  virtual void restart() = 0;
+
+  virtual Statistics statistics() const = 0;
+};
+
+/// `system` must outlive the integrator. Throws std::runtime_error if SUNDIALS refuses the set-up.
+std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0, const Eigen::VectorXd& y0);
+
+}  // namespace train_derail::solver

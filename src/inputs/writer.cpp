@@ -1,0 +1,144 @@
+#include "train_derail/inputs/writer.hpp"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "schema.hpp"
+#include "train_derail/inputs/units.hpp"
+
+namespace train_derail::inputs {
+
+namespace {
+
+std::string number_text(double v) { return v == kInfinity ? ".inf" : fmt::format("{}", v); }
+
+class Writer {
+ public:
+  Writer(std::string& out, UnitSystem& units, std::string indent, std::string first_indent)
+      : out_(out), units_(units), indent_(std::move(indent)), first_(std::move(first_indent)) {}
+
+  void text(const char* key, const std::string& value, const char*) {
+    line(key, nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  }
+  void number(const char* key, double value, const Quantity& q, const char*) {
+    std::string comment = std::string(q.unit) == "1" ? "" : q.unit;
+    if (*q.shown != '\0' && std::isfinite(value)) {
+      comment += fmt::format("; {:.6g} {}", units_.from_si(value, q.unit, q.shown), q.shown);
+    }
+    line(key, number_text(value), comment);
+  }
+  void number(const char* key, const std::optional<double>& value, const Quantity& q, const char* doc) {
+    if (value) number(key, *value, q, doc);
+  }
+  template <class I>
+  void integer(const char* key, I value, const Range&, bool, const char*) {
+    line(key, fmt::format("{}", value));
+  }
+  template <class E, class N>
+  void choice(const char* key, E value, const N& names, const char*) {
+    for (const auto& [name, choice] : names) {
+      if (choice == value) line(key, std::string(name));
+    }
+  }
+  template <class G, class F>
+  void group(const char* key, const G& g, F describe_it, const char*) {
+    line(key, "");
+    Writer child(out_, units_, indent_ + "  ", indent_ + "  ");
+    describe_it(child, g);
+  }
+  template <class G, class F>
+  void list(const char* key, const std::vector<G>& items, F describe_it, const char*) {
+    line(key, "");
+    for (const G& item : items) {
+      Writer child(out_, units_, indent_ + "    ", indent_ + "  - ");
+      describe_it(child, item);
+    }
+  }
+
+ private:
+  void line(const char* key, const std::string& value, const std::string& comment = "") {
+    out_ += fmt::format("{}{}:{}{}{}\n", first_, key, value.empty() ? "" : " ", value, comment.empty() ? "" : "  # " + comment);
+    first_ = indent_;
+  }
+
+  std::string& out_;
+  UnitSystem& units_;
+  std::string indent_, first_;
+};
+
+/// What a block leaves out, filled in: the factors that hold by default.
+Scenario with_defaults(Scenario s) {
+  for (CarBlock& b : s.consist) {
+    if (!b.truck_spacing && !b.truck_spacing_factor) b.truck_spacing_factor = CarBlock::kDefaultTruckSpacingFactor;
+    if (!b.yaw_inertia && !b.yaw_inertia_factor) b.yaw_inertia_factor = CarBlock::kDefaultYawInertiaFactor;
+  }
+  return s;
+}
+
+class Lister {
+ public:
+  Lister(std::string& out, std::string prefix) : out_(out), prefix_(std::move(prefix)) {}
+
+  void text(const char* key, const std::string& value, const char* doc) {
+    row(key, "text", nlohmann::json(value).dump(), doc);
+  }
+  void number(const char* key, double value, const Quantity& q, const char* doc) {
+    row(key, q.range.text(q.unit), q.required ? "required" : number_text(value), doc);
+  }
+  void number(const char* key, const std::optional<double>& value, const Quantity& q, const char* doc) {
+    row(key, q.range.text(q.unit), value ? number_text(*value) : "none", doc);
+  }
+  template <class I>
+  void integer(const char* key, I value, const Range& range, bool required, const char* doc) {
+    row(key, "whole number, " + range.text("1"), required ? "required" : fmt::format("{}", value), doc);
+  }
+  template <class E, class N>
+  void choice(const char* key, E value, const N& names, const char* doc) {
+    std::string allowed, preset;
+    for (const auto& [name, choice] : names) {
+      allowed += (allowed.empty() ? "" : " | ") + std::string(name);
+      if (choice == value) preset = name;
+    }
+    row(key, allowed, preset, doc);
+  }
+  template <class G, class F>
+  void group(const char* key, const G& g, F describe_it, const char*) {
+    Lister child(out_, prefix_ + key + ".");
+    describe_it(child, g);
+  }
+  template <class G, class F>
+  void list(const char* key, const std::vector<G>&, F describe_it, const char*) {
+    Lister child(out_, fmt::format("{}{}[i].", prefix_, key));
+    const G defaults;
+    describe_it(child, defaults);
+  }
+
+ private:
+  void row(const char* key, const std::string& allowed, const std::string& preset, const char* doc) {
+    out_ += fmt::format("{}\n    allowed: {}\n    default: {}\n    {}\n", prefix_ + key, allowed, preset, doc);
+  }
+  std::string& out_;
+  std::string prefix_;
+};
+
+}  // namespace
+
+std::string to_yaml(const Scenario& scenario) {
+  std::string out;
+  UnitSystem units;
+  Writer writer(out, units, "", "");
+  const Scenario full = with_defaults(scenario);
+  describe(writer, full);
+  return out;
+}
+
+std::string describe_keys() {
+  std::string out;
+  Lister lister(out, "");
+  const Scenario defaults;
+  describe(lister, defaults);
+  return out;
+}
+
+}  // namespace train_derail::inputs

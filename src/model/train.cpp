@@ -1,0 +1,24 @@
+#include "train_derail/model/train.hpp"
+
+namespace train_derail::model {
+
+std::vector<Car> expand(const std::vector<inputs::CarBlock>& consist) {
+  std::vector<Car> cars;
+  for (const auto& block : consist) {
+    Car car;
+    car.body = block.name;
+    car.weight = block.weight;
+    car.mass = block.weight / inputs::kStandardGravity;
+    car.length = block.length;
+    car.width = block.width;
+    car.truck_spacing = block.truck_spacing.value_or(
+        block.truck_spacing_factor.value_or(inputs::CarBlock::kDefaultTruckSpacingFactor) * block.length);
+    car.yaw_inertia = block.yaw_inertia.value_or(
+        block.yaw_inertia_factor.value_or(inputs::CarBlock::kDefaultYawInertiaFactor) * car.mass * block.length *
+        block.length);
+    cars.insert(cars.end(), static_cast<std::size_t>(block.count), car);
+  }
+  return cars;
+}
+
+}  // namespace train_derail::model

@@ -1,0 +1,170 @@
+#include "train_derail/outcome/monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace train_derail::outcome {
+
+using model::PointMotion;
+
+namespace {
+
+PointMotion motion_at(const model::ConstMotionMap& q, Eigen::Index car, const Eigen::Vector2d& point) {
+  const Eigen::Vector2d arm = point - Eigen::Vector2d(q(car, model::X), q(car, model::Y));
+  const double omega = q(car, model::OMEGA);
+  return {point, Eigen::Vector2d(q(car, model::VX) - omega * arm.y(), q(car, model::VY) + omega * arm.x())};
+}
+
+}  // namespace
+
+Monitor::Monitor(const model::DerailmentModel& model, const inputs::OutcomeRules& rules, double t,
+                 const model::StateVector& y)
+    : model_(model),
+      rules_(rules),
+      energy_initial_(model.energy(y.data()).total()),
+      step_time_(t),
+      closest_{inputs::kInfinity, -1, t},
+      widest_{-inputs::kInfinity, -1, t},
+      off_track_(static_cast<std::size_t>(model.car_count()), false),
+      footprints_(static_cast<std::size_t>(model.car_count())) {
+  for (auto* a : {&gap_, &rate_, &new_gap_, &new_rate_}) a->resize(std::max<Eigen::Index>(model.coupler_count(), 0));
+  for (Eigen::Index k = 0; k < model.car_count(); ++k) by_x_.push_back(k);
+  gaps(y.data(), gap_, rate_);
+  for (Eigen::Index i = 0; i < gap_.size(); ++i) consider(i, gap_[i], t);
+}
+
+void Monitor::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) {
+  for (Eigen::Index i = 0; i < gap.size(); ++i) {
+    const PointMotion lead = model_.rear_pin(y, i), trail = model_.front_pin(y, i + 1);
+    const Eigen::Vector2d d = lead.position - trail.position;
+    gap[i] = d.norm();
+    rate[i] = d.dot(lead.velocity - trail.velocity) / gap[i];
+  }
+}
+
+void Monitor::consider(Eigen::Index coupler, double gap, double time) {
+  if (gap < closest_.gap) closest_ = {gap, coupler, time};
+  if (gap > widest_.gap) widest_ = {gap, coupler, time};
+}
+
+void Monitor::step(double t, const double* y) {
+  const double h = t - step_time_;
+  gaps(y, new_gap_, new_rate_);
+  for (Eigen::Index i = 0; i < gap_.size(); ++i) {
+    consider(i, new_gap_[i], t);
+    if (rate_[i] * new_rate_[i] >= 0.0 || h <= 0.0) continue;
+    // The gap turned round inside the step: extreme of the cubic through both ends' values and rates.
+    const double a = h * rate_[i], b = h * new_rate_[i], d = new_gap_[i] - gap_[i];
+    const double c2 = 3.0 * d - 2.0 * a - b, c3 = a + b - 2.0 * d;  // gap_ + a s + c2 s^2 + c3 s^3
+    const double root = std::sqrt(std::max(c2 * c2 - 3.0 * c3 * a, 0.0));
+    const double q = -(c2 + std::copysign(root, c2));  // of 3 c3 s^2 + 2 c2 s + a = 0, without cancellation
+    for (const double s : {q / (3.0 * c3), a / q}) {
+      if (s > 0.0 && s < 1.0) consider(i, gap_[i] + s * (a + s * (c2 + s * c3)), step_time_ + s * h);
+    }
+  }
+  gap_.swap(new_gap_);
+  rate_.swap(new_rate_);
+  step_time_ = t;
+}
+
+void Monitor::sample(double t, const double* y) {
+  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
+    const double front = std::abs(model_.front_truck(y, k).position.y());
+    const double rear = std::abs(model_.rear_truck(y, k).position.y());
+    if (std::max(front, rear) > rules_.off_track_threshold) off_track_[static_cast<std::size_t>(k)] = true;
+  }
+  for (Eigen::Index i = 0; i < model_.coupler_count(); ++i) {
+    const double speed = (model_.rear_pin(y, i).velocity - model_.front_pin(y, i + 1).velocity).norm();
+    if (speed > relative_.speed) relative_ = {speed, static_cast<int>(i) + 1, t};
+  }
+  sample_touches(t, y);
+}
+
+void Monitor::sample_touches(double t, const double* y) {
+  const auto q = model::motion(y, model_.car_count());
+  const auto at = [this](Eigen::Index k) -> const Footprint& { return footprints_[static_cast<std::size_t>(k)]; };
+  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
+    const model::Car& car = model_.cars()[static_cast<std::size_t>(k)];
+    footprints_[static_cast<std::size_t>(k)] = {{q(k, model::X), q(k, model::Y)},
+                                                {std::cos(q(k, model::THETA)), std::sin(q(k, model::THETA))},
+                                                0.5 * car.length,
+                                                0.5 * car.width};
+  }
+  // Sweep along x; the order hardly changes from sample to sample.
+  const Eigen::Vector2d ex(1.0, 0.0), ey(0.0, 1.0);
+  const auto rearmost = [&](Eigen::Index k) { return at(k).centre.x() - at(k).reach(ex); };
+  for (std::size_t i = 1; i < by_x_.size(); ++i) {
+    const Eigen::Index k = by_x_[i];
+    std::size_t j = i;
+    for (; j > 0 && rearmost(by_x_[j - 1]) > rearmost(k); --j) by_x_[j] = by_x_[j - 1];
+    by_x_[j] = k;
+  }
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> now;
+  for (std::size_t i = 0; i < by_x_.size(); ++i) {
+    const double end = at(by_x_[i]).centre.x() + at(by_x_[i]).reach(ex);
+    for (std::size_t j = i + 1; j < by_x_.size() && rearmost(by_x_[j]) <= end; ++j) {
+      const auto [a, b] = std::minmax(by_x_[i], by_x_[j]);
+      if (std::abs(at(a).centre.y() - at(b).centre.y()) > at(a).reach(ey) + at(b).reach(ey)) continue;
+      const auto contact = touch(at(a), at(b));
+      if (!contact) continue;
+      now.emplace_back(a, b);
+      if (std::binary_search(touching_.begin(), touching_.end(), now.back())) continue;
+      const Eigen::Vector2d v =
+          motion_at(q, a, contact->point).velocity - motion_at(q, b, contact->point).velocity;
+      ++touches_;
+      const double speed = v.norm();
+      if (speed > closing_.speed) {
+        closing_ = {speed, -v.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
+                    contact->point.x(), contact->point.y()};
+      }
+    }
+  }
+  std::sort(now.begin(), now.end());
+  touching_.swap(now);
+}
+
+double Monitor::truck_speed_max(const double* y) const {
+  double fastest = 0.0;
+  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
+    fastest = std::max({fastest, model_.front_truck(y, k).velocity.norm(), model_.rear_truck(y, k).velocity.norm()});
+  }
+  return fastest;
+}
+
+void Monitor::report(double t, const double* y, Outcome& o) const {
+  o.cars = static_cast<int>(model_.car_count());
+  o.cars_past_pod = o.cars_off_track = 0;
+  double x_min = inputs::kInfinity, x_max = -inputs::kInfinity, y_min = inputs::kInfinity, y_max = -inputs::kInfinity;
+  const auto q = model::motion(y, model_.car_count());
+  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
+    o.cars_past_pod += model_.derailed(k) ? 1 : 0;
+    o.cars_off_track += off_track(k) ? 1 : 0;
+    if (!model_.derailed(k) && !off_track(k)) continue;
+    const model::Car& car = model_.cars()[static_cast<std::size_t>(k)];
+    const Footprint f{{q(k, model::X), q(k, model::Y)},
+                      {std::cos(q(k, model::THETA)), std::sin(q(k, model::THETA))},
+                      0.5 * car.length,
+                      0.5 * car.width};
+    const double rx = f.reach({1.0, 0.0}), ry = f.reach({0.0, 1.0});
+    x_min = std::min(x_min, f.centre.x() - rx);
+    x_max = std::max(x_max, f.centre.x() + rx);
+    y_min = std::min(y_min, f.centre.y() - ry);
+    y_max = std::max(y_max, f.centre.y() + ry);
+  }
+  o.pile_up = x_max > x_min ? PileUp{x_max - x_min, y_max - y_min} : PileUp{};
+  o.closing_speed_max = closing_;
+  o.touches = touches_;
+  o.relative_speed_max = relative_;
+  const auto peak = [this](const GapExtreme& e, double sign) {
+    const double force = e.coupler < 0 ? 0.0 : sign * model::axial_force(model_.coupler_law(), e.gap);
+    return force > 0.0 ? PeakForce{force, static_cast<int>(e.coupler) + 1, e.time} : PeakForce{};
+  };
+  o.coupler_buff_peak = peak(closest_, 1.0);
+  o.coupler_draft_peak = peak(widest_, -1.0);
+  o.stop_time = t;
+  o.energy = model_.energy(y);
+  o.energy_initial = energy_initial_;
+  o.energy_residual = energy_initial_ > 0.0 ? std::abs(o.energy.total() - energy_initial_) / energy_initial_ : 0.0;
+}
+
+}  // namespace train_derail::outcome

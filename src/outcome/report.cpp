@@ -1,0 +1,106 @@
+#include "train_derail/outcome/report.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace train_derail::outcome {
+
+const char* to_string(Ended ended) {
+  switch (ended) {
+    case Ended::running: return "running";
+    case Ended::at_rest: return "at_rest";
+    case Ended::time_max: return "time_max";
+    case Ended::integration_failed: return "integration_failed";
+  }
+  return "unknown";
+}
+
+std::string to_json(const Outcome& o) {
+  nlohmann::ordered_json j;
+  j["cars"] = o.cars;
+  j["cars_past_pod"] = o.cars_past_pod;
+  j["cars_off_track"] = o.cars_off_track;
+  j["closing_speed_max"] = o.closing_speed_max.speed;
+  j["closing_speed_normal"] = o.closing_speed_max.normal_speed;
+  j["closing_cars"] = {o.closing_speed_max.car_a, o.closing_speed_max.car_b};
+  j["closing_time"] = o.closing_speed_max.time;
+  j["closing_place"] = {o.closing_speed_max.x, o.closing_speed_max.y};
+  j["touches"] = o.touches;
+  j["relative_speed_max"] = o.relative_speed_max.speed;
+  j["relative_speed_coupler"] = o.relative_speed_max.coupler;
+  j["relative_speed_time"] = o.relative_speed_max.time;
+  j["coupler_force_peak"] = o.coupler_force_peak();
+  j["coupler_buff_peak"] = o.coupler_buff_peak.force;
+  j["coupler_buff_peak_coupler"] = o.coupler_buff_peak.coupler;
+  j["coupler_buff_peak_time"] = o.coupler_buff_peak.time;
+  j["coupler_draft_peak"] = o.coupler_draft_peak.force;
+  j["coupler_draft_peak_coupler"] = o.coupler_draft_peak.coupler;
+  j["coupler_draft_peak_time"] = o.coupler_draft_peak.time;
+  j["stop_time"] = o.stop_time;
+  j["pile_up_length"] = o.pile_up.length;
+  j["pile_up_width"] = o.pile_up.width;
+  j["energy_initial"] = o.energy_initial;
+  j["energy"] = {{"kinetic_translation", o.energy.kinetic_translation},
+                 {"kinetic_rotation", o.energy.kinetic_rotation},
+                 {"coupler_axial", o.energy.coupler_axial},
+                 {"coupler_swing", o.energy.coupler_swing},
+                 {"work_on_track", o.energy.work_on_track},
+                 {"work_off_track", o.energy.work_off_track}};
+  j["energy_residual"] = o.energy_residual;
+  j["ended"] = to_string(o.ended);
+  j["message"] = o.message;
+  j["steps"] = o.solver.steps;
+  j["rejected_steps"] = o.solver.rejected_steps;
+  j["rhs_evaluations"] = o.solver.rhs_evaluations;
+  j["jacobian_evaluations"] = o.solver.jacobian_evaluations;
+  j["wall_time"] = o.wall_time;
+  return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+namespace {
+
+std::string speed(double v) { return fmt::format("{:10.2f} m/s   {:8.1f} mph", v, v / inputs::kMph); }
+std::string force(double f) { return fmt::format("{:10.0f} kN    {:8.0f} kip", f / 1e3, f / inputs::kKip); }
+std::string length(double l) { return fmt::format("{:10.1f} m     {:8.0f} ft", l, l / inputs::kFoot); }
+std::string energy(double e) { return fmt::format("{:10.2f} MJ    {:8.2f} 10^6 ft-lbf", e / 1e6, e / (inputs::kPoundForce * inputs::kFoot) / 1e6); }
+
+}  // namespace
+
+std::string to_table(const Outcome& o) {
+  std::string t;
+  const auto row = [&t](const char* name, const std::string& value, const std::string& note = "") {
+    t += fmt::format("{:<34}{}{}{}\n", name, value, note.empty() ? "" : "   ", note);
+  };
+  const auto peak = [&](const char* name, const PeakForce& p) {
+    row(name, force(p.force), p.coupler == 0 ? "" : fmt::format("coupler {}-{} at {:.2f} s", p.coupler, p.coupler + 1, p.time));
+  };
+  row("cars", fmt::format("{:10d}", o.cars));
+  row("cars past the point of derailment", fmt::format("{:10d}", o.cars_past_pod));
+  row("cars off the track", fmt::format("{:10d}", o.cars_off_track));
+  const Closing& c = o.closing_speed_max;
+  row("closing speed at touch, largest", speed(c.speed),
+      c.car_a == 0 ? "no footprints touched"
+                   : fmt::format("cars {} and {} at {:.2f} s, ({:.1f}, {:.1f}) m; normal {:.1f} mph", c.car_a, c.car_b,
+                                 c.time, c.x, c.y, c.normal_speed / inputs::kMph));
+  const RelativeSpeed& r = o.relative_speed_max;
+  row("relative speed of car ends, largest", speed(r.speed),
+      r.coupler == 0 ? "" : fmt::format("coupler {}-{} at {:.2f} s", r.coupler, r.coupler + 1, r.time));
+  peak("coupler buff force, peak", o.coupler_buff_peak);
+  peak("coupler draft force, peak", o.coupler_draft_peak);
+  row("pile-up length", length(o.pile_up.length));
+  row("pile-up width", length(o.pile_up.width));
+  row("energy at the start", energy(o.energy_initial));
+  row("  spent by friction on the track", energy(o.energy.work_on_track));
+  row("  spent by friction off the track", energy(o.energy.work_off_track));
+  row("  left in motion", energy(o.energy.kinetic()));
+  row("  left in couplers", energy(o.energy.coupler_axial + o.energy.coupler_swing));
+  row("  unaccounted for, of the start", fmt::format("{:10.1e}", o.energy_residual));
+  row("simulated time", fmt::format("{:10.2f} s", o.stop_time));
+  row("ended", fmt::format("{:>10}", to_string(o.ended)), o.message);
+  row("steps (rejected)", fmt::format("{:10d} ({})", o.solver.steps, o.solver.rejected_steps));
+  row("right-hand sides", fmt::format("{:10d}", o.solver.rhs_evaluations));
+  row("computing time", fmt::format("{:10.3f} s", o.wall_time));
+  return t;
+}
+
+}  // namespace train_derail::outcome

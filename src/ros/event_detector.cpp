@@ -1,0 +1,80 @@
+#include "train_derail/ros/event_detector.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "train_derail/Event.h"
+
+namespace train_derail::ros_face {
+
+namespace {
+
+std::string speed_text(double v) { return fmt::format("{:.2f} m/s ({:.1f} mph)", v, v / inputs::kMph); }
+
+std::string force_text(double f) {
+  return fmt::format("{:.0f} kN ({:.0f} kip) {}", std::abs(f) / 1000.0, std::abs(f) / inputs::kKip,
+                     f >= 0.0 ? "buff" : "draft");
+}
+
+std::string ended_text(const outcome::Outcome& outcome) {
+  std::string text = fmt::format("ended after {:.2f} s: {}; {} cars past the point of derailment, {} off the track",
+                                 outcome.stop_time, outcome::to_string(outcome.ended), outcome.cars_past_pod,
+                                 outcome.cars_off_track);
+  return outcome.message.empty() ? text : text + ": " + outcome.message;
+}
+
+}  // namespace
+
+std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, const outcome::Outcome& outcome) {
+  std::vector<Occurrence> found;
+  past_pod_.resize(now.cars.size(), false);
+  off_track_.resize(now.cars.size(), false);
+  peaks_.resize(now.couplers.size());
+  const bool last = outcome.ended != outcome::Ended::running;
+
+  for (std::size_t i = 0; i < now.cars.size(); ++i) {
+    const simulation::CarSnapshot& car = now.cars[i];
+    const int number = static_cast<int>(i) + 1;
+    const double speed = std::hypot(car.vx, car.vy);
+    if (car.past_pod && !past_pod_[i]) {
+      past_pod_[i] = true;
+      found.push_back({Event::CAR_PAST_POD, now.time, number, 0, 0, speed,
+                       fmt::format("car {} past the point of derailment at {}", number, speed_text(speed))});
+    }
+    if (car.off_track && !off_track_[i]) {
+      off_track_[i] = true;
+      found.push_back({Event::CAR_OFF_TRACK, now.time, number, 0, 0, speed,
+                       fmt::format("car {} off the track at {}", number, speed_text(speed))});
+    }
+  }
+  for (std::size_t i = 0; i < now.couplers.size(); ++i) {
+    observe_coupler(static_cast<int>(i) + 1, now.time, now.couplers[i].axial_force, last, found);
+  }
+  const outcome::Closing& closing = outcome.closing_speed_max;
+  if (outcome.touches > touches_ && (touches_ == 0 || closing.speed > fastest_)) {
+    fastest_ = closing.speed;
+    found.push_back({Event::CONTACT, closing.time, closing.car_a, closing.car_b, 0, closing.speed,
+                     fmt::format("cars {} and {} touch, closing at {}", closing.car_a, closing.car_b,
+                                 speed_text(closing.speed))});
+  }
+  touches_ = outcome.touches;
+  if (last && !ended_) {
+    ended_ = true;
+    found.push_back({Event::END, outcome.stop_time, 0, 0, 0, 0.0, ended_text(outcome)});
+  }
+  return found;
+}
+
+void EventDetector::observe_coupler(int number, double time, double force, bool last, std::vector<Occurrence>& found) {
+  Peak& peak = peaks_[static_cast<std::size_t>(number - 1)];
+  const double size = std::abs(force);
+  if (size > threshold_ && (!peak.over || size > std::abs(peak.force))) peak = {true, force, time};
+  if (peak.over && (last || size < 0.5 * threshold_)) {
+    found.push_back({Event::COUPLER_PEAK, peak.time, 0, 0, number, peak.force,
+                     fmt::format("coupler {} peaked at {}", number, force_text(peak.force))});
+    peak = {};
+  }
+}
+
+}  // namespace train_derail::ros_face

@@ -1,0 +1,291 @@
+#include "train_derail/ros/simulation_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+#include <fmt/format.h>
+#include <ros/console.h>
+#include <ros/init.h>
+#include <ros/this_node.h>
+
+#include "train_derail/outcome/report.hpp"
+
+namespace train_derail::ros_face {
+
+namespace {
+
+/// Longest that a stop request goes unseen, wall [s].
+constexpr double kWaitMax = 0.1;
+/// For subscribers to get the last messages before the process exits, wall [s].
+constexpr double kLinger = 0.5;
+/// Spacing of ~outcome while the run is under way, simulated [s].
+constexpr double kOutcomeInterval = 1.0;
+/// Grids that are no more than rounding beyond a point belong to it.
+constexpr double kTickRounding = 1.0e-9;
+constexpr double kStepTicksMax = 1.0e9;
+
+}  // namespace
+
+SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters,
+                               const ScenarioSource& source)
+    : parameters_(parameters),
+      source_(source),
+      simulation_(simulation::Simulation(source.read())),
+      publishers_(private_handle, parameters),
+      diagnostics_(private_handle, parameters.diagnostics_period, parameters.overload_threshold),
+      pacer_(parameters.rate, interval()),
+      events_(parameters.event_coupler_force) {}
+
+int SimulationLoop::run(const std::atomic<bool>& stop) {
+  start_run(std::move(*simulation_), parameters_.start_paused);
+  while (!stop && ::ros::ok()) {
+    commands_.execute();
+    const WallTime now = WallClock::now();
+    if (now >= diagnostics_.due()) report(now);
+    if (has_ended() && parameters_.exit_when_done) break;
+
+    WallTime wait_until = std::min(now + wall_seconds(kWaitMax), diagnostics_.due());
+    if (state_ == State::running && !stepping_ && pacer_.paced()) {
+      wait_until = std::min(wait_until, pacer_.due(static_cast<double>(tick_ + 1) * interval()));
+    } else if (state_ == State::running || stepping_) {
+      wait_until = now;
+    }
+    if (wait_until > now) {
+      commands_.wait_until(wait_until);
+    } else if (state_ == State::running || stepping_) {
+      tick();
+    }
+  }
+  if (stepping_) finish_step({false, "the node is shutting down"});
+  commands_.close();
+  if (!has_ended() || !parameters_.exit_when_done) return 0;
+  const std::string table = outcome::to_table(outcome());
+  std::fwrite(table.data(), 1, table.size(), stdout);
+  std::fflush(stdout);
+  if (publishers_.has_subscribers()) std::this_thread::sleep_for(wall_seconds(kLinger));
+  return state_ == State::failed ? 3 : 0;
+}
+
+void SimulationLoop::start_run(simulation::Simulation simulation, bool paused) {
+  simulation_ = std::move(simulation);
+  ++run_id_;
+  tick_ = 0;
+  exception_.clear();
+  state_ = paused ? State::paused : State::running;
+  clock_.start_run();
+  events_ = EventDetector(parameters_.event_coupler_force);
+  pacer_.set_interval(interval());
+  const inputs::Scenario& scenario = simulation_->scenario();
+  publishers_.start_run(run_id_, scenario, simulation_->cars(), clock_.start());
+  publish_run_info();
+  publish_grid_point();
+  publishers_.outcome(outcome(), clock_.now());
+  anchor();
+  ROS_INFO_NAMED("run", "run %u: %s, %zu cars at %.1f mph, rate %g%s", run_id_, scenario.title.c_str(),
+                 simulation_->cars().size(), scenario.initial.speed / inputs::kMph, pacer_.rate(),
+                 paused ? ", paused" : "");
+}
+
+void SimulationLoop::tick() {
+  const double before = simulation_->time();
+  const double target = static_cast<double>(tick_ + 1) * interval();
+  try {
+    simulation_->advance(target);
+  } catch (const std::exception& e) {
+    exception_ = e.what();
+  }
+  ++tick_;
+  if (simulation_->time() > before) publish_grid_point();
+  if (stepping_) {
+    ++stepping_->progress.ticks;
+    --stepping_->left;
+  } else {
+    late_max_ = std::max(late_max_, pacer_.done(WallClock::now(), target));
+  }
+  if (simulation_->ended() || !exception_.empty()) {
+    end_run();
+  } else if (stepping_ && stepping_->left == 0) {
+    publishers_.complete_markers();
+    finish_step({true, "now at " + at_time()});
+  }
+}
+
+void SimulationLoop::publish_grid_point() {
+  const double time = simulation_->time();
+  clock_.advance(time);
+  const simulation::Snapshot now = simulation_->snapshot();
+  const outcome::Outcome outcome = this->outcome();
+  publishers_.grid_point(now, outcome, clock_.now());
+  for (const Occurrence& occurrence : events_.observe(now, outcome)) publishers_.event(occurrence, clock_.now());
+  const std::int64_t every = std::max<std::int64_t>(1, std::llround(kOutcomeInterval / interval()));
+  if (tick_ > 0 && tick_ % every == 0 && !simulation_->ended()) publishers_.outcome(outcome, clock_.now());
+}
+
+void SimulationLoop::end_run() {
+  const outcome::Outcome outcome = this->outcome();
+  const bool failed = outcome.ended == outcome::Ended::integration_failed;
+  state_ = failed ? State::failed : State::ended;
+  // Finds nothing but the end itself if the last grid point has seen it.
+  for (const Occurrence& occurrence : events_.observe(simulation_->snapshot(), outcome)) {
+    publishers_.event(occurrence, clock_.now());
+  }
+  publishers_.complete_markers();
+  publishers_.outcome(outcome, clock_.now());
+  publish_run_info();
+  report(WallClock::now());
+  if (stepping_) finish_step({stepping_->left == 0, "the run has ended at " + at_time()});
+  if (failed) {
+    ROS_ERROR_NAMED("run", "run %u: integration failed at %s: %s", run_id_, at_time().c_str(), outcome.message.c_str());
+  } else {
+    ROS_INFO_NAMED("run", "run %u: ended at %s (%s): %d cars past the point of derailment, %d off the track, peak force %.0f kip",
+                   run_id_, at_time().c_str(), outcome::to_string(outcome.ended), outcome.cars_past_pod,
+                   outcome.cars_off_track, outcome.coupler_force_peak() / inputs::kKip);
+  }
+}
+
+outcome::Outcome SimulationLoop::outcome() const {
+  outcome::Outcome outcome = simulation_->outcome();
+  if (!exception_.empty()) {
+    outcome.ended = outcome::Ended::integration_failed;
+    outcome.message = exception_;
+  }
+  return outcome;
+}
+
+Answer SimulationLoop::pause() {
+  if (stepping_) {
+    finish_step({false, "cut short by ~pause at " + at_time()});
+    return {true, "steps cut short at " + at_time()};
+  }
+  switch (state_) {
+    case State::running: break;
+    case State::paused: return {true, "already paused at " + at_time()};
+    case State::ended: return {true, "nothing to pause: the run has ended at " + at_time()};
+    case State::failed: return {true, "nothing to pause: the integration has failed at " + at_time()};
+  }
+  state_ = State::paused;
+  publishers_.complete_markers();
+  publish_run_info();
+  return {true, "paused at " + at_time()};
+}
+
+Answer SimulationLoop::resume() {
+  if (stepping_) return {false, "steps are under way; ~pause cuts them short"};
+  switch (state_) {
+    case State::paused: break;
+    case State::running: return {true, "already running"};
+    case State::ended: return {false, "the run has ended at " + at_time() + "; ~restart starts anew"};
+    case State::failed: return {false, "the integration has failed at " + at_time() + "; ~restart starts anew"};
+  }
+  state_ = State::running;
+  anchor();
+  publish_run_info();
+  return {true, "running from " + at_time()};
+}
+
+Answer SimulationLoop::set_rate(double rate) {
+  check_rate(rate, "~set_rate");
+  pacer_.set_rate(rate);
+  anchor();
+  publish_run_info();
+  return {true, rate == 0.0 ? "as fast as the integrator goes" : fmt::format("rate {:g}", rate)};
+}
+
+void SimulationLoop::step(std::uint32_t ticks, double seconds, StepDone done) {
+  const auto refuse = [&](const std::string& why) { done({false, why}, {0, simulation_->time()}); };
+  if (stepping_) return refuse("other steps are under way");
+  if (state_ == State::running) return refuse("the run is not paused; ~pause first");
+  if (has_ended()) return refuse("the run has ended at " + at_time() + "; ~restart starts anew");
+  if ((ticks > 0) == (seconds != 0.0)) {
+    return refuse(fmt::format("ticks = {}, seconds = {}: give one of the two, greater than 0", ticks, seconds));
+  }
+  double count = ticks;
+  if (ticks == 0) {
+    count = std::max(1.0, std::ceil(seconds / interval() - kTickRounding));
+    if (!(seconds > 0.0) || !(count <= kStepTicksMax)) {
+      return refuse(fmt::format("seconds = {}: out of range; allowed: more than 0, at most {:g}", seconds,
+                                kStepTicksMax * interval()));
+    }
+  }
+  stepping_ = Stepping{static_cast<std::int64_t>(count), {0, simulation_->time()}, std::move(done)};
+}
+
+void SimulationLoop::finish_step(const Answer& answer) {
+  const Stepping finished = std::move(*stepping_);
+  stepping_.reset();
+  finished.done(answer, {finished.progress.ticks, simulation_->time()});
+}
+
+Answer SimulationLoop::restart(const RestartRequest& request) {
+  if (!request.scenario.empty() && request.parameters) {
+    return {false, "scenario and reload_parameters are both given: give at most one"};
+  }
+  ScenarioSource next = source_;
+  if (!request.scenario.empty()) {
+    next = {};
+    next.name = "~restart";
+    try {
+      next.tree = YAML::Load(request.scenario);
+    } catch (const YAML::Exception& e) {
+      throw inputs::InputError(next.name, "", "", e.what(), "YAML");
+    }
+  } else if (request.parameters) {
+    next = read_scenario_source(*request.parameters, ::ros::this_node::getName());
+  }
+  next.add_overrides(request.overrides);
+  simulation::Simulation simulation(next.read());
+
+  // From here on nothing can be refused.
+  if (stepping_) finish_step({false, "cut short by ~restart at " + at_time()});
+  source_ = next;
+  start_run(std::move(simulation), request.start_paused);
+  return {true, fmt::format("run {} {}", run_id_, request.start_paused ? "waits, paused" : "has started")};
+}
+
+void SimulationLoop::publish_run_info() {
+  RunInfo info;
+  switch (state_) {
+    case State::paused: info.state = RunInfo::PAUSED; break;
+    case State::running: info.state = RunInfo::RUNNING; break;
+    case State::ended: info.state = RunInfo::ENDED; break;
+    case State::failed: info.state = RunInfo::FAILED; break;
+  }
+  if (state_ == State::ended) info.message = outcome::to_string(outcome().ended);
+  if (state_ == State::failed) info.message = outcome().message;
+  info.start = clock_.start();
+  info.time = simulation_->time();
+  info.rate = pacer_.rate();
+  info.interval = interval();
+  info.cars = static_cast<std::uint32_t>(simulation_->cars().size());
+  info.title = simulation_->scenario().title;
+  publishers_.run_info(info, clock_.now());
+}
+
+void SimulationLoop::report(WallTime now) {
+  // A shorter stretch says nothing about the pace.
+  const double window_min = 0.5 * parameters_.diagnostics_period;
+  Health health;
+  health.run_id = run_id_;
+  switch (state_) {
+    case State::paused: health.state = stepping_ ? "stepping" : "paused"; break;
+    case State::running: health.state = "running"; break;
+    case State::ended: health.state = "ended"; break;
+    case State::failed: health.state = "failed"; break;
+  }
+  health.time = simulation_->time();
+  health.rate = pacer_.rate();
+  if (state_ == State::running && pacer_.window(now) >= window_min) {
+    health.achieved_rate = pacer_.take_achieved_rate(now, simulation_->time());
+  }
+  health.late_max = late_max_;
+  health.slips = pacer_.slips();
+  health.outcome = outcome();
+  diagnostics_.report(now, clock_.now(), health);
+  late_max_ = 0.0;
+}
+
+std::string SimulationLoop::at_time() const { return fmt::format("{:g} s", simulation_->time()); }
+
+}  // namespace train_derail::ros_face

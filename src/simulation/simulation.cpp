@@ -1,0 +1,180 @@
+#include "train_derail/simulation/simulation.hpp"
+
+#include <chrono>
+#include <cmath>
+
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/outcome/monitor.hpp"
+#include "train_derail/solver/integrator.hpp"
+
+namespace train_derail::simulation {
+
+namespace {
+
+/// The model as the solver sees it.
+class TrainSystem final : public solver::OdeSystem {
+ public:
+  explicit TrainSystem(model::DerailmentModel& model) : model_(model) {}
+
+  Eigen::Index size() const override { return model_.size(); }
+  void derivative(double, const double* y, double* dydt) override { model_.derivative(y, dydt); }
+  Eigen::Index quadrature_count() const override { return model::kWorkTerms; }
+
+  // Cars that reach the point of derailment; a constant for those that have.
+  Eigen::Index event_count() const override { return model_.car_count(); }
+  void events(double, const double* y, double* values) override {
+    const auto q = model::motion(y, model_.car_count());
+    for (Eigen::Index k = 0; k < model_.car_count(); ++k) values[k] = model_.derailed(k) ? 1.0 : q(k, model::X);
+  }
+
+  std::vector<Eigen::Index> band_positions() const override {
+    const Eigen::Index n = model_.car_count();
+    std::vector<Eigen::Index> positions(static_cast<std::size_t>(size()));
+    for (Eigen::Index i = 0; i < size(); ++i) {
+      positions[static_cast<std::size_t>(i)] =
+          i < model::kCoordinates * n
+              ? model::DerailmentModel::band_index(i % n, static_cast<model::Coordinate>(i / n))
+              : i;
+    }
+    return positions;
+  }
+  Eigen::Index band_lower() const override { return model::DerailmentModel::kBandLower; }
+  Eigen::Index band_upper() const override { return model::DerailmentModel::kBandUpper; }
+  void jacobian(double, const double* y, const SetEntry& set) override { model_.jacobian(y, set); }
+
+ private:
+  model::DerailmentModel& model_;
+};
+
+inputs::Scenario checked(const inputs::Scenario& scenario) {
+  inputs::validate(scenario);
+  return scenario;
+}
+
+}  // namespace
+
+struct Simulation::Impl {
+  Impl(const inputs::Scenario& s, const model::StateVector* initial)
+      : scenario(checked(s)),
+        model(scenario),
+        system(model),
+        state(initial != nullptr ? *initial : model.initial_state()),
+        monitor(model, scenario.outcome, 0.0, state) {
+    // Cars that start at or past the point of derailment have derailed.
+    const auto q = model::motion(state.data(), model.car_count());
+    for (Eigen::Index k = 0; k < model.car_count(); ++k) {
+      if (q(k, model::X) >= 0.0) model.derail(k);
+    }
+    integrator = solver::make_integrator(scenario.solver, system, 0.0, state);
+  }
+
+  const inputs::Scenario scenario;
+  model::DerailmentModel model;
+  TrainSystem system;
+  model::StateVector state;  // at time
+  outcome::Monitor monitor;
+  std::unique_ptr<solver::Integrator> integrator;
+  double time = 0.0;
+  std::int64_t next_sample = 0;
+  std::vector<Eigen::Index> pending;  // cars that reach the point of derailment at integrator->time()
+  outcome::Ended ended = outcome::Ended::running;
+  std::string message;
+  double wall_time = 0.0;
+
+  void advance(double target) {
+    target = std::min(target, scenario.stop.time_max);
+    while (ended == outcome::Ended::running && time < target) {
+      const double reached = integrator->time();
+      const double sample_time = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
+      if (sample_time <= std::min(reached, target)) {
+        sample(sample_time);
+      } else if (reached >= target) {
+        integrator->interpolate(target, state);
+        time = target;
+      } else {
+        step();
+      }
+    }
+    if (ended == outcome::Ended::running && time >= scenario.stop.time_max) ended = outcome::Ended::time_max;
+  }
+
+  void sample(double t) {
+    integrator->interpolate(t, state);
+    time = t;
+    ++next_sample;
+    monitor.sample(t, state.data());
+    if (monitor.truck_speed_max(state.data()) < scenario.stop.speed) ended = outcome::Ended::at_rest;
+  }
+
+  void step() {
+    if (!pending.empty()) {
+      for (const Eigen::Index car : pending) model.derail(car);
+      pending.clear();
+      integrator->restart();
+    }
+    const solver::StepResult result = integrator->step();
+    if (result.status == solver::StepStatus::failed) {
+      ended = outcome::Ended::integration_failed;
+      message = result.message;
+      time = integrator->time();
+      state = integrator->state();
+      return;
+    }
+    pending = result.events;
+    monitor.step(integrator->time(), integrator->state().data());
+  }
+};
+
+Simulation::Simulation(const inputs::Scenario& scenario) : impl_(std::make_unique<Impl>(scenario, nullptr)) {}
+Simulation::Simulation(const inputs::Scenario& scenario, const model::StateVector& initial)
+    : impl_(std::make_unique<Impl>(scenario, &initial)) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+void Simulation::reset(const inputs::Scenario& scenario) { impl_ = std::make_unique<Impl>(scenario, nullptr); }
+
+void Simulation::advance(double t) {
+  const auto start = std::chrono::steady_clock::now();
+  impl_->advance(t);
+  impl_->wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void Simulation::run() { advance(inputs::kInfinity); }
+
+const inputs::Scenario& Simulation::scenario() const { return impl_->scenario; }
+const std::vector<model::Car>& Simulation::cars() const { return impl_->model.cars(); }
+double Simulation::time() const { return impl_->time; }
+bool Simulation::ended() const { return impl_->ended != outcome::Ended::running; }
+const model::StateVector& Simulation::state() const { return impl_->state; }
+
+Snapshot Simulation::snapshot() const {
+  const double* y = impl_->state.data();
+  const model::DerailmentModel& m = impl_->model;
+  const auto q = model::motion(y, m.car_count());
+  Snapshot s;
+  s.time = impl_->time;
+  for (Eigen::Index k = 0; k < m.car_count(); ++k) {
+    s.cars.push_back({q(k, model::X), q(k, model::Y), q(k, model::THETA), q(k, model::VX), q(k, model::VY),
+                      q(k, model::OMEGA), m.derailed(k), impl_->monitor.off_track(k),
+                      m.front_truck(y, k).position.y(), m.rear_truck(y, k).position.y()});
+  }
+  for (Eigen::Index i = 0; i < m.coupler_count(); ++i) {
+    const model::CouplerState<double> b = m.coupler(y, i);
+    s.couplers.push_back({b.gap, std::atan2(b.uy, b.ux), b.axial, b.lateral, b.swing_lead, b.swing_trail,
+                          b.moment_lead, b.moment_trail});
+  }
+  return s;
+}
+
+outcome::Outcome Simulation::outcome() const {
+  outcome::Outcome o;
+  impl_->monitor.report(impl_->time, impl_->state.data(), o);
+  o.ended = impl_->ended;
+  o.message = impl_->message;
+  o.solver = impl_->integrator->statistics();
+  o.wall_time = impl_->wall_time;
+  return o;
+}
+
+}  // namespace train_derail::simulation

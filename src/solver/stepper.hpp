@@ -1,0 +1,51 @@
+// What the two SUNDIALS packages have in common: stepping, keeping the last good state, events, limits.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "eigen_vector.hpp"
+#include "train_derail/solver/integrator.hpp"
+
+namespace train_derail::solver {
+
+class Stepper : public Integrator {
+ public:
+  Stepper(const inputs::Solver& options, OdeSystem& system, double t0, const Eigen::VectorXd& y0)
+      : options_(options), system_(system), context_(make_context()), time_(t0), previous_time_(t0), state_(y0) {}
+
+  StepResult step() final;
+  double time() const final { return time_; }
+  double previous_time() const final { return previous_time_; }
+  const Eigen::VectorXd& state() const final { return state_; }
+
+ protected:
+  enum class Flag { stepped, root, failed };
+  /// One internal step: writes the new time and state, or says in error() why not.
+  virtual Flag evolve(double& t, Eigen::VectorXd& y) = 0;
+  virtual void root_info(int* directions) = 0;
+  virtual std::int64_t step_count() const = 0;
+
+  /// 1 / (rtol |y| + atol) for what is controlled, next to nothing for quadratures.
+  void error_weights(const double* y, double* weights, Eigen::Index size) const;
+  /// Derivative of the system; a result that is not finite is a recoverable failure (SUNDIALS then tries a smaller step).
+  int derivative(double t, const double* y, double* dydt);
+
+  void set_error(const std::string& error) { error_ = error; }
+
+  const inputs::Solver options_;
+  OdeSystem& system_;
+  const Context context_;
+  double time_, previous_time_;
+  Eigen::VectorXd state_;
+
+ private:
+  Eigen::VectorXd last_good_;
+  std::vector<int> directions_;
+  std::string error_;
+};
+
+std::unique_ptr<Integrator> make_explicit(const inputs::Solver&, OdeSystem&, double t0, const Eigen::VectorXd& y0);
+std::unique_ptr<Integrator> make_bdf(const inputs::Solver&, OdeSystem&, double t0, const Eigen::VectorXd& y0);
+
+}  // namespace train_derail::solver

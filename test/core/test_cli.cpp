@@ -1,0 +1,164 @@
+// The command line as a user meets it: a real process, its exit code, what it prints and leaves behind.
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/simulation/simulation.hpp"
+
+namespace train_derail {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kSource = TRAIN_DERAIL_SOURCE_DIR;
+const std::string kBaseline = kSource + "/config/baseline.yaml";
+
+struct Result {
+  int code = -1;
+  std::string out;
+};
+
+/// Runs `derail` with arguments for the shell; standard error joins standard output if `errors`.
+Result derail(const std::string& arguments, bool errors = true) {
+  Result result;
+  const std::string command = std::string(TRAIN_DERAIL_CLI) + " " + arguments + (errors ? " 2>&1" : " 2>/dev/null");
+  FILE* pipe = popen(command.c_str(), "r");
+  std::array<char, 4096> buffer;
+  for (std::size_t n; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) result.out.append(buffer.data(), n);
+  const int status = pclose(pipe);
+  result.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return result;
+}
+
+class Cli : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "derail_cli_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+const std::string kShort = " --set \"consist[0].count=5\" --set \"stop.time_max=1 s\"";
+
+TEST_F(Cli, JsonHoldsTheOutcomeOfTheSameRun) {
+  const Result r = derail("run " + kBaseline + kShort + " --json - --quiet", false);
+  ASSERT_EQ(r.code, 0) << r.out;
+  const auto j = nlohmann::json::parse(r.out);
+  simulation::Simulation s(inputs::read_scenario_file(kBaseline, {{"consist[0].count", "5"}, {"stop.time_max", "1 s"}}));
+  s.run();
+  const outcome::Outcome o = s.outcome();
+  EXPECT_EQ(j.at("cars_past_pod"), o.cars_past_pod);
+  EXPECT_EQ(j.at("cars_off_track"), o.cars_off_track);
+  EXPECT_EQ(j.at("closing_speed_max"), o.closing_speed_max.speed);
+  EXPECT_EQ(j.at("relative_speed_max"), o.relative_speed_max.speed);
+  EXPECT_EQ(j.at("coupler_buff_peak"), o.coupler_buff_peak.force);
+  EXPECT_EQ(j.at("coupler_draft_peak"), o.coupler_draft_peak.force);
+  EXPECT_EQ(j.at("stop_time"), 1.0);
+  EXPECT_EQ(j.at("ended"), "time_max");
+  EXPECT_EQ(j.at("steps"), o.solver.steps);
+  EXPECT_EQ(j.at("rhs_evaluations"), o.solver.rhs_evaluations);
+  EXPECT_EQ(j.at("energy_residual"), o.energy_residual);
+  EXPECT_GT(j.at("wall_time"), 0.0);
+  EXPECT_GT(o.coupler_buff_peak.force, 0.0);
+}
+
+TEST_F(Cli, JsonFileAndTable) {
+  const fs::path json = folder_ / "outcome.json";
+  const Result r = derail("run " + kBaseline + kShort + " --json " + json.string());
+  ASSERT_EQ(r.code, 0) << r.out;
+  for (const char* word : {"cars past the point of derailment", "cars off the track", "kip", "mph", "ft", "time_max"}) {
+    EXPECT_NE(r.out.find(word), std::string::npos) << word << " is missing in\n" << r.out;
+  }
+  std::ifstream file(json);
+  EXPECT_EQ(nlohmann::json::parse(file).at("cars"), 5);
+}
+
+TEST_F(Cli, CsvIsTheOutputGrid) {
+  const fs::path csv = folder_ / "states.csv";
+  const Result r = derail("run " + kBaseline + kShort + " --quiet --csv " + csv.string());
+  ASSERT_EQ(r.code, 0) << r.out;
+  EXPECT_EQ(r.out, "");
+  std::ifstream file(csv);
+  std::string line;
+  std::getline(file, line);
+  const auto columns = std::count(line.begin(), line.end(), ',');
+  int rows = 0;
+  std::string last;
+  while (std::getline(file, line)) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
+    ++rows;
+    last = line;
+  }
+  EXPECT_EQ(rows, 5 * 51);  // t = 0, 0.02, ..., 1 s
+  EXPECT_EQ(last.substr(0, 4), "1,5,");
+}
+
+TEST_F(Cli, WrongInputsExitWithTwoAndStartNothing) {
+  const fs::path csv = folder_ / "states.csv";
+  for (const auto& entry : fs::directory_iterator(kSource + "/test/bad_inputs")) {
+    const Result r = derail("run " + entry.path().string() + " --csv " + csv.string());
+    EXPECT_EQ(r.code, 2) << entry.path();
+    EXPECT_EQ(r.out.compare(0, 8, "derail: "), 0) << r.out;
+    EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 1) << "one error, one line: " << r.out;
+  }
+  EXPECT_FALSE(fs::exists(csv));
+  EXPECT_EQ(derail("run").code, 2);
+  EXPECT_EQ(derail("").code, 2);
+  EXPECT_EQ(derail("fly " + kBaseline).code, 2);
+  EXPECT_EQ(derail("run " + kBaseline + " --fast").code, 2);
+  EXPECT_EQ(derail("run " + kBaseline + " --set initial.speed=fast").code, 2);
+  EXPECT_EQ(derail("run no_such_file.yaml").code, 2);
+}
+
+TEST_F(Cli, AFailedIntegrationExitsWithThreeAndStillReports) {
+  const Result r = derail("run " + kBaseline + " --set solver.steps_max=50 --json - --quiet", false);
+  EXPECT_EQ(r.code, 3);
+  const auto j = nlohmann::json::parse(r.out);
+  EXPECT_EQ(j.at("ended"), "integration_failed");
+  EXPECT_EQ(j.at("steps"), 50);
+  EXPECT_NE(j.at("message").get<std::string>().find("solver.steps_max"), std::string::npos);
+}
+
+TEST_F(Cli, OutputThatCannotBeWrittenExitsWithOne) {
+  const Result r = derail("run " + kBaseline + kShort + " --csv " + (folder_ / "none" / "states.csv").string());
+  EXPECT_EQ(r.code, 1);
+  EXPECT_NE(r.out.find("cannot be written"), std::string::npos) << r.out;
+  if (fs::exists("/dev/full")) {
+    EXPECT_EQ(derail("run " + kBaseline + kShort + " --csv /dev/full").code, 1);
+    EXPECT_EQ(derail("run " + kBaseline + kShort + " > /dev/full", false).code, 1);
+  }
+}
+
+TEST_F(Cli, CheckPrintsAScenarioThatChecksTheSame) {
+  const fs::path file = folder_ / "full.yaml";
+  ASSERT_EQ(derail("check " + kBaseline + " > " + file.string(), false).code, 0);
+  const Result first = derail("check " + file.string());
+  const Result direct = derail("check " + kBaseline);
+  EXPECT_EQ(first.code, 0) << first.out;
+  EXPECT_EQ(first.out, direct.out);
+  EXPECT_NE(direct.out.find("37 mph"), std::string::npos);
+}
+
+TEST_F(Cli, HelpTeaches) {
+  const Result r = derail("--help");
+  EXPECT_EQ(r.code, 0);
+  EXPECT_NE(r.out.find("derail run config/baseline.yaml"), std::string::npos);
+  EXPECT_EQ(derail("run --help").code, 0);
+  EXPECT_NE(derail("keys").out.find("coupler.swing_limit"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace train_derail
