@@ -28,6 +28,7 @@ std::string ended_text(const outcome::Outcome& outcome) {
 
 std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, const outcome::Outcome& outcome) {
   std::vector<Occurrence> found;
+  if (ended_) return found;
   past_pod_.resize(now.cars.size(), false);
   off_track_.resize(now.cars.size(), false);
   peaks_.resize(now.couplers.size());
@@ -59,7 +60,7 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
                                  speed_text(closing.speed))});
   }
   touches_ = outcome.touches;
-  if (last && !ended_) {
+  if (last) {
     ended_ = true;
     found.push_back({Event::END, outcome.stop_time, 0, 0, 0, 0.0, ended_text(outcome)});
   }

@@ -214,6 +214,19 @@ TEST_P(TwoCars, PeakIsFoundBetweenTheSteps) {
   EXPECT_NEAR(sim.outcome().coupler_force_peak() / m.peak, 1.0, 1e-2);
 }
 
+TEST_P(TwoCars, PeakIsOfTheRunNotOfTheStepBeyondIt) {
+  // The run ends halfway up the load: what the last step has seen past the end does not count.
+  Meeting m = meeting(GetParam());
+  m.scenario.stop.time_max = m.contact + 0.25 * test::kPi / m.rate;
+  simulation::Simulation sim = meet(m, GetParam());
+  sim.run();
+  const outcome::Outcome o = sim.outcome();
+  const outcome::PeakForce& loaded = GetParam() > 0.0 ? o.coupler_buff_peak : o.coupler_draft_peak;
+  EXPECT_LE(loaded.time, o.stop_time);
+  EXPECT_NEAR(loaded.force, std::abs(sim.snapshot().couplers[0].axial_force), 1e-3 * m.peak);
+  EXPECT_NEAR(loaded.force / m.peak, std::sqrt(0.5), 1e-2);
+}
+
 INSTANTIATE_TEST_SUITE_P(BuffAndDraft, TwoCars, testing::Values(1.0, -1.0, 4.0, -4.0));
 
 }  // namespace

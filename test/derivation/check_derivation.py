@@ -273,6 +273,33 @@ STATE = at_state(NUMBERS)
 assert all(abs(STATE[s]) > 1e3 for q in (F, m_rear, m_front) for s in q.values()), "the state must load every term"
 
 
+def axial_energy(gap):
+    return K / 2 * max(abs(gap - G0) - HALF_BAND, 0) ** 2
+
+
+def swing_moment_plateau(gamma, top):
+    m = swing_moment(gamma)
+    return sp.sign(m) * min(abs(m), top)
+
+
+def swing_energy(gamma, top):
+    q, q_top = max(abs(gamma) - STOP.evalf(40), 0), top / K_M
+    return K_M / 2 * q ** 2 if q <= q_top else top * (q - q_top / 2)
+
+
+def slope(function, at, h=sp.Rational(1, 10 ** 9)):
+    return (function(at + h) - function(at - h)) / (2 * h)
+
+
+check("coupler laws: F = -dU_axial/dG (buff > 0), m = dU_m/dgamma, with and without plateau",
+      all(abs(slope(axial_energy, sp.Rational(g, 100)) + axial_force(sp.Rational(g, 100))) < 1e-3
+          for g in (370, 386, 395, 405, 414, 430))
+      and axial_force(sp.Rational(37, 10)) > 0 > axial_force(sp.Rational(43, 10))
+      and all(abs(slope(lambda e: swing_energy(e, top), sp.Rational(g, 10)) - swing_moment_plateau(sp.Rational(g, 10), top))
+              < 1e-3 for g in (-25, -12, -4, -2, 1, 4, 12, 25) for top in (1e9, 5e5))
+      and swing_moment(sp.Rational(1)) > 0 and swing_energy(sp.pi.evalf(40), 5e5) == swing_energy(-sp.pi.evalf(40), 5e5))
+
+
 def mirrored(state):
     flipped = set(y.values()) | set(theta.values()) | set(vy.values()) | set(omega.values())
     return at_state({s: -value if s in flipped else value for s, value in state.items()})

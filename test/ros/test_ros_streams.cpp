@@ -1,0 +1,250 @@
+// The node as launched: what it sends from the first point of the grid to the end of the run, and what it keeps latched.
+#include <map>
+#include <set>
+
+#include <tf2_ros/static_transform_broadcaster.h>
+#include <tf2_ros/transform_listener.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include "marker_check.hpp"
+#include "node_client.hpp"
+#include "train_derail/Event.h"
+#include "train_derail/Inputs.h"
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/writer.hpp"
+
+namespace train_derail::test {
+namespace {
+
+std::string g_scenario_file;
+
+/// One whole run, recorded once for all tests.
+class Streams : public testing::Test {
+ protected:
+  void SetUp() override {
+    static const bool recorded = (record(), !HasFailure());
+    ASSERT_TRUE(recorded);
+  }
+
+  static void record() {
+    node = new NodeClient("/train_derail");
+    clock = new Record<rosgraph_msgs::Clock>("/clock");
+    tf = new Record<tf2_msgs::TFMessage>("/tf");
+    cars = new Record<CarStates>("/train_derail/cars");
+    couplers = new Record<CouplerForces>("/train_derail/couplers");
+    markers = new Record<visualization_msgs::MarkerArray>("/train_derail/markers");
+    events = new Record<Event>("/train_derail/events");
+    outcome = new Record<Outcome>("/train_derail/outcome");
+    run_info = new Record<RunInfo>("/train_derail/run_info");
+    ASSERT_TRUE(node->wait_until_up());
+    ASSERT_TRUE(wait_for([] {
+      return clock->connected() && tf->connected() && cars->connected() && couplers->connected() && markers->connected() &&
+             events->connected() && !outcome->empty() && !run_info->empty() && !cars->empty();
+    }));
+    paused_info = run_info->last();
+    // A new run after all are connected, so that nobody misses its first point.
+    ASSERT_TRUE(node->restart({}, false).success);
+    // Each topic has its own connection: the outcome may overtake the streams.
+    ASSERT_TRUE(wait_for([] { return outcome->last().run_id == 2 && outcome->last().ended != Outcome::RUNNING; }));
+    const ros::Time end = outcome->last().header.stamp;
+    ASSERT_TRUE(wait_for([&] {
+      return cars->last().header.stamp == end && couplers->last().header.stamp == end && clock->last().clock == end &&
+             markers->last().markers.back().header.stamp == end && tf->last().transforms[0].header.stamp == end &&
+             !events->empty() && events->last().type == Event::END && run_info->last().state == RunInfo::ENDED;
+    })) << "streams do not reach the end of the run at " << end << ": cars " << cars->last().header.stamp << ", couplers "
+        << couplers->last().header.stamp << ", clock " << clock->last().clock << ", tf "
+        << tf->last().transforms[0].header.stamp << ", markers " << markers->last().markers.back().header.stamp << ", "
+        << events->messages.size() << " events";
+    forget_before(2);
+  }
+
+  /// Keeps the second run only.
+  static void forget_before(std::uint32_t run_id) {
+    const auto old = [&](const auto& m) { return m.run_id < run_id; };
+    cars->messages.erase(cars->messages.begin(), std::find_if_not(cars->messages.begin(), cars->messages.end(), old));
+    couplers->messages.erase(couplers->messages.begin(),
+                             std::find_if_not(couplers->messages.begin(), couplers->messages.end(), old));
+    events->messages.erase(events->messages.begin(), std::find_if_not(events->messages.begin(), events->messages.end(), old));
+  }
+
+  static inline NodeClient* node = nullptr;
+  static inline Record<rosgraph_msgs::Clock>* clock = nullptr;
+  static inline Record<tf2_msgs::TFMessage>* tf = nullptr;
+  static inline Record<CarStates>* cars = nullptr;
+  static inline Record<CouplerForces>* couplers = nullptr;
+  static inline Record<visualization_msgs::MarkerArray>* markers = nullptr;
+  static inline Record<Event>* events = nullptr;
+  static inline Record<Outcome>* outcome = nullptr;
+  static inline Record<RunInfo>* run_info = nullptr;
+  static inline RunInfo paused_info;
+};
+
+TEST_F(Streams, StartedPausedAsAsked) {
+  EXPECT_EQ(paused_info.state, RunInfo::PAUSED);
+  EXPECT_EQ(paused_info.run_id, 1U);
+  EXPECT_EQ(paused_info.time, 0.0);
+  EXPECT_EQ(paused_info.cars, 12U);
+  EXPECT_EQ(paused_info.rate, 0.0);
+}
+
+TEST_F(Streams, EveryPointOfTheGridOnce) {
+  const ros::Time start = run_info->last().start;
+  const double interval = inputs::read_scenario_file(g_scenario_file).output.interval;
+  ASSERT_EQ(cars->messages.size(), 151U) << "3 s at 0.02 s, both ends";
+  for (std::size_t k = 0; k < cars->messages.size(); ++k) {
+    const CarStates& m = cars->messages[k];
+    ASSERT_EQ(m.run_id, 2U);
+    ASSERT_EQ(m.header.frame_id, "map");
+    ASSERT_EQ(m.time, static_cast<double>(k) * interval);
+    ASSERT_EQ((m.header.stamp - start).toNSec(), static_cast<std::int64_t>(k) * 20000000);
+  }
+}
+
+TEST_F(Streams, ClockNeverGoesBackAndCoversEveryStamp) {
+  expect_strictly_newer(clock->messages);
+  std::set<ros::Time> known;
+  for (const auto& c : clock->messages) known.insert(c.clock);
+  for (const CarStates& m : cars->messages) EXPECT_EQ(known.count(m.header.stamp), 1U) << m.header.stamp;
+}
+
+TEST_F(Streams, ForcesAndStatesEqualASimulationInThisProcess) {
+  expect_equal_to_simulation(cars->messages, couplers->messages, inputs::read_scenario_file(g_scenario_file));
+}
+
+TEST_F(Streams, TransformsAreCompleteAndOneParentHasAll) {
+  std::map<std::string, ros::Time> last;
+  std::set<ros::Time> stamps;
+  for (const tf2_msgs::TFMessage& m : tf->messages) {
+    ASSERT_EQ(m.transforms.size(), 13U) << "12 cars and the pile-up";
+    for (const auto& t : m.transforms) {
+      EXPECT_EQ(t.header.frame_id, "map");
+      EXPECT_EQ(t.header.stamp, m.transforms[0].header.stamp);
+      EXPECT_GT(t.header.stamp, last[t.child_frame_id]) << t.child_frame_id;
+      last[t.child_frame_id] = t.header.stamp;
+      const auto& q = t.transform.rotation;
+      EXPECT_NEAR(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w, 1.0, 1e-12);
+    }
+    stamps.insert(m.transforms[0].header.stamp);
+  }
+  EXPECT_EQ(last.size(), 13U);
+  EXPECT_EQ(last.count("car_001") + last.count("car_012") + last.count("pile_up"), 3U);
+  for (const CarStates& m : cars->messages) EXPECT_EQ(stamps.count(m.header.stamp), 1U);
+}
+
+TEST_F(Streams, TransformsAreThePosesOfTheCars) {
+  const CarStates& state = cars->last();
+  for (const tf2_msgs::TFMessage& m : tf->messages) {
+    if (m.transforms[0].header.stamp != state.header.stamp) continue;
+    for (std::size_t k = 0; k < state.cars.size(); ++k) {
+      const auto& t = m.transforms[k].transform;
+      EXPECT_EQ(t.translation.x, state.cars[k].x);
+      EXPECT_EQ(t.translation.y, state.cars[k].y);
+      EXPECT_NEAR(std::remainder(2.0 * std::atan2(t.rotation.z, t.rotation.w) - state.cars[k].theta, 2.0 * M_PI), 0.0, 1e-12);
+    }
+    return;
+  }
+  ADD_FAILURE() << "no transforms at the end";
+}
+
+TEST_F(Streams, LateListenerFindsTheTreeOfARunThatStandsStill) {
+  tf2_ros::Buffer buffer;
+  tf2_ros::TransformListener listener(buffer);
+  for (const char* frame : {"car_001", "car_012", "pod", "pile_up"}) {
+    EXPECT_TRUE(wait_for([&] { return buffer.canTransform("map", frame, ros::Time(0)); })) << frame;
+  }
+  const auto t = buffer.lookupTransform("map", "car_012", ros::Time(0));
+  EXPECT_EQ(t.transform.translation.x, cars->last().cars[11].x);
+}
+
+TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {
+  using visualization_msgs::Marker;
+  std::set<ros::Time> stamps;
+  for (const auto& array : markers->messages) {
+    ASSERT_FALSE(array.markers.empty());
+    expect_valid(array, "map");
+    stamps.insert(array.markers[0].header.stamp);
+    const bool first_of_run = array.markers[0].header.stamp == run_info->last().start ||
+                              array.markers[0].header.stamp == paused_info.start;
+    EXPECT_EQ(array.markers[0].action == Marker::DELETEALL, first_of_run) << array.markers[0].header.stamp;
+  }
+  for (const CarStates& m : cars->messages) EXPECT_EQ(stamps.count(m.header.stamp), 1U) << m.header.stamp;
+  std::set<std::string> kinds;
+  for (const Marker& m : markers->last().markers) {
+    if (m.action == Marker::ADD) kinds.insert(m.ns);
+  }
+  for (const char* kind : {"track", "point_of_derailment", "cars_on_track", "cars_past_pod", "trucks", "couplers", "status"}) {
+    EXPECT_EQ(kinds.count(kind), 1U) << kind;
+  }
+}
+
+TEST_F(Streams, OutcomeIsThatOfTheSimulation) {
+  simulation::Simulation simulation(inputs::read_scenario_file(g_scenario_file));
+  simulation.run();
+  const outcome::Outcome expected = simulation.outcome();
+  const Outcome& m = outcome->last();
+  EXPECT_EQ(m.ended, Outcome::TIME_MAX);
+  EXPECT_EQ(m.stop_time, expected.stop_time);
+  EXPECT_EQ(m.cars, 12U);
+  EXPECT_EQ(m.cars_past_pod, static_cast<unsigned>(expected.cars_past_pod));
+  EXPECT_EQ(m.cars_off_track, static_cast<unsigned>(expected.cars_off_track));
+  EXPECT_EQ(m.coupler_buff_peak, expected.coupler_buff_peak.force);
+  EXPECT_EQ(m.coupler_buff_peak_coupler, static_cast<unsigned>(expected.coupler_buff_peak.coupler));
+  EXPECT_EQ(m.coupler_draft_peak, expected.coupler_draft_peak.force);
+  EXPECT_EQ(m.closing_speed_max, expected.closing_speed_max.speed);
+  EXPECT_EQ(m.relative_speed_max, expected.relative_speed_max.speed);
+  EXPECT_EQ(m.pile_up_length, expected.pile_up.length);
+  EXPECT_EQ(m.energy_residual, expected.energy_residual);
+  EXPECT_EQ(m.steps, static_cast<unsigned>(expected.solver.steps));
+  std::vector<double> times;
+  for (const Outcome& o : outcome->messages) {
+    if (o.run_id == 2) times.push_back(o.stop_time);
+  }
+  EXPECT_EQ(times, (std::vector<double>{0.0, 1.0, 2.0, 3.0})) << "once a simulated second";
+}
+
+TEST_F(Streams, EventsAgreeWithTheStatesAndTheOutcome) {
+  std::map<int, int> count;
+  std::set<std::uint32_t> past_pod;
+  for (const Event& e : events->messages) {
+    ++count[e.type];
+    EXPECT_FALSE(e.text.empty());
+    if (e.type == Event::CAR_PAST_POD) {
+      EXPECT_TRUE(past_pod.insert(e.car).second);
+    }
+    if (e.type == Event::COUPLER_PEAK) {
+      EXPECT_GT(std::abs(e.value), 100.0 * inputs::kKip);
+    }
+  }
+  EXPECT_EQ(count[Event::END], 1);
+  EXPECT_EQ(past_pod.size(), outcome->last().cars_past_pod);
+  EXPECT_EQ(count[Event::CAR_OFF_TRACK], static_cast<int>(outcome->last().cars_off_track));
+  EXPECT_EQ(count[Event::CONTACT] > 0, outcome->last().touches > 0);
+  EXPECT_GT(count[Event::COUPLER_PEAK], 0);
+  EXPECT_EQ(past_pod.count(1), 1U) << "car 1 starts at the point";
+}
+
+TEST_F(Streams, InputsAreLatchedWhole) {
+  Record<Inputs> inputs("/train_derail/inputs");
+  ASSERT_TRUE(wait_for([&] { return !inputs.empty(); }));
+  const inputs::Scenario expected = inputs::read_scenario_file(g_scenario_file);
+  EXPECT_EQ(inputs.last().run_id, 2U);
+  EXPECT_EQ(inputs.last().speed, expected.initial.speed);
+  EXPECT_EQ(inputs.last().cars, 12U);
+  EXPECT_EQ(inputs.last().on_track_law, "isotropic");
+  const inputs::Scenario read_back = inputs::read_scenario(YAML::Load(inputs.last().yaml), "~inputs");
+  EXPECT_EQ(inputs::to_yaml(read_back), inputs::to_yaml(expected));
+  Record<Outcome> late("/train_derail/outcome");
+  EXPECT_TRUE(wait_for([&] { return !late.empty() && late.last().ended == Outcome::TIME_MAX; }));
+}
+
+}  // namespace
+}  // namespace train_derail::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "test_ros_streams");
+  if (argc < 2) return 2;
+  train_derail::test::g_scenario_file = argv[1];
+  const ros::NodeHandle keep_alive;
+  return RUN_ALL_TESTS();
+}
