@@ -23,17 +23,21 @@ Monitor::Monitor(const model::DerailmentModel& model, const inputs::OutcomeRules
       rules_(rules),
       energy_initial_(model.energy(y.data()).total()),
       step_time_(t),
-      closest_{inputs::kInfinity, -1, t},
-      widest_{-inputs::kInfinity, -1, t},
+      extremes_{{inputs::kInfinity, -1, t}, {-inputs::kInfinity, -1, t}},
       off_track_(static_cast<std::size_t>(model.car_count()), false),
       footprints_(static_cast<std::size_t>(model.car_count())) {
   for (auto* a : {&gap_, &rate_, &new_gap_, &new_rate_}) a->resize(std::max<Eigen::Index>(model.coupler_count(), 0));
   for (Eigen::Index k = 0; k < model.car_count(); ++k) by_x_.push_back(k);
   gaps(y.data(), gap_, rate_);
-  for (Eigen::Index i = 0; i < gap_.size(); ++i) consider(i, gap_[i], t);
+  for (Eigen::Index i = 0; i < gap_.size(); ++i) extremes_.consider(i, gap_[i], t);
 }
 
-void Monitor::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) {
+void Monitor::GapExtremes::consider(Eigen::Index coupler, double gap, double time) {
+  if (gap < closest.gap) closest = {gap, coupler, time};
+  if (gap > widest.gap) widest = {gap, coupler, time};
+}
+
+void Monitor::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const {
   for (Eigen::Index i = 0; i < gap.size(); ++i) {
     const PointMotion lead = model_.rear_pin(y, i), trail = model_.front_pin(y, i + 1);
     const Eigen::Vector2d d = lead.position - trail.position;
@@ -42,26 +46,26 @@ void Monitor::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) {
   }
 }
 
-void Monitor::consider(Eigen::Index coupler, double gap, double time) {
-  if (gap < closest_.gap) closest_ = {gap, coupler, time};
-  if (gap > widest_.gap) widest_ = {gap, coupler, time};
-}
-
-void Monitor::step(double t, const double* y) {
+void Monitor::extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const {
   const double h = t - step_time_;
-  gaps(y, new_gap_, new_rate_);
+  if (h <= 0.0) return;
   for (Eigen::Index i = 0; i < gap_.size(); ++i) {
-    consider(i, new_gap_[i], t);
-    if (rate_[i] * new_rate_[i] >= 0.0 || h <= 0.0) continue;
-    // The gap turned round inside the step: extreme of the cubic through both ends' values and rates.
-    const double a = h * rate_[i], b = h * new_rate_[i], d = new_gap_[i] - gap_[i];
+    extremes.consider(i, gap[i], t);
+    if (rate_[i] * rate[i] >= 0.0) continue;
+    // The gap turned round in between: extreme of the cubic through both ends' values and rates.
+    const double a = h * rate_[i], b = h * rate[i], d = gap[i] - gap_[i];
     const double c2 = 3.0 * d - 2.0 * a - b, c3 = a + b - 2.0 * d;  // gap_ + a s + c2 s^2 + c3 s^3
     const double root = std::sqrt(std::max(c2 * c2 - 3.0 * c3 * a, 0.0));
     const double q = -(c2 + std::copysign(root, c2));  // of 3 c3 s^2 + 2 c2 s + a = 0, without cancellation
     for (const double s : {q / (3.0 * c3), a / q}) {
-      if (s > 0.0 && s < 1.0) consider(i, gap_[i] + s * (a + s * (c2 + s * c3)), step_time_ + s * h);
+      if (s > 0.0 && s < 1.0) extremes.consider(i, gap_[i] + s * (a + s * (c2 + s * c3)), step_time_ + s * h);
     }
   }
+}
+
+void Monitor::step(double t, const double* y) {
+  gaps(y, new_gap_, new_rate_);
+  extend(extremes_, t, new_gap_, new_rate_);
   gap_.swap(new_gap_);
   rate_.swap(new_rate_);
   step_time_ = t;
@@ -159,8 +163,12 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
     const double force = e.coupler < 0 ? 0.0 : sign * model::axial_force(model_.coupler_law(), e.gap);
     return force > 0.0 ? PeakForce{force, static_cast<int>(e.coupler) + 1, e.time} : PeakForce{};
   };
-  o.coupler_buff_peak = peak(closest_, 1.0);
-  o.coupler_draft_peak = peak(widest_, -1.0);
+  GapExtremes extremes = extremes_;
+  Eigen::ArrayXd gap(gap_.size()), rate(gap_.size());
+  gaps(y, gap, rate);
+  extend(extremes, t, gap, rate);
+  o.coupler_buff_peak = peak(extremes.closest, 1.0);
+  o.coupler_draft_peak = peak(extremes.widest, -1.0);
   o.stop_time = t;
   o.energy = model_.energy(y);
   o.energy_initial = energy_initial_;

@@ -40,10 +40,10 @@ void Diagnostics::report(WallTime now, const ::ros::Time& stamp, const Health& h
   if (o.ended == outcome::Ended::integration_failed) {
     status.level = DiagnosticStatus::ERROR;
     status.message = "integration failed: " + o.message;
-  } else if (health.rate > 0.0 && health.achieved_rate.has_value() &&
-             *health.achieved_rate < health.rate * (1.0 - overload_threshold_)) {
+  } else if (health.lost_share > overload_threshold_) {
     status.level = DiagnosticStatus::WARN;
-    status.message = fmt::format("cannot keep up: rate {:.3g} instead of {:.3g}", *health.achieved_rate, health.rate);
+    status.message = fmt::format("cannot keep up: rate {:.3g} instead of {:.3g}", health.achieved_rate.value_or(0.0),
+                                 health.rate);
     if (now >= next_warning_) {
       ROS_WARN_STREAM_NAMED("pace", status.message);
       next_warning_ = now + wall_seconds(kWarningPeriod);
@@ -55,7 +55,7 @@ void Diagnostics::report(WallTime now, const ::ros::Time& stamp, const Health& h
   add(status, "wanted rate", fmt::format("{:.6g}", health.rate));
   add(status, "achieved rate", health.achieved_rate.has_value() ? fmt::format("{:.4g}", *health.achieved_rate) : "nan");
   add(status, "lateness, largest [s]", fmt::format("{:.6f}", health.late_max));
-  add(status, "times behind", std::to_string(health.slips));
+  add(status, "share of wall time lost", fmt::format("{:.4f}", health.lost_share));
   add(status, "solver steps", std::to_string(o.solver.steps));
   add(status, "rejected steps", std::to_string(o.solver.rejected_steps));
   add(status, "right-hand sides", std::to_string(o.solver.rhs_evaluations));

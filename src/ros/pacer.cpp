@@ -14,6 +14,7 @@ constexpr double kToleranceMin = 0.01;
 void Pacer::anchor(WallTime now, double t) {
   anchor_wall_ = window_wall_ = now;
   anchor_time_ = window_time_ = t;
+  lost_ = 0.0;
 }
 
 WallTime Pacer::due(double t) const {
@@ -26,7 +27,7 @@ double Pacer::done(WallTime now, double t) {
   if (late > std::max(interval_ / rate_, kToleranceMin)) {
     anchor_wall_ = now;
     anchor_time_ = t;
-    ++slips_;
+    lost_ += late;
   }
   return std::max(late, 0.0);
 }

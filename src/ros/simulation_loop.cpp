@@ -276,11 +276,11 @@ void SimulationLoop::report(WallTime now) {
   }
   health.time = simulation_->time();
   health.rate = pacer_.rate();
-  if (state_ == State::running && pacer_.window(now) >= window_min) {
+  if (const double window = pacer_.window(now); state_ == State::running && window >= window_min) {
+    health.lost_share = pacer_.take_lost() / window;
     health.achieved_rate = pacer_.take_achieved_rate(now, simulation_->time());
   }
   health.late_max = late_max_;
-  health.slips = pacer_.slips();
   health.outcome = outcome();
   diagnostics_.report(now, clock_.now(), health);
   late_max_ = 0.0;

@@ -107,6 +107,7 @@ struct Simulation::Impl {
   }
 
   void step() {
+    monitor.step(integrator->time(), integrator->state().data());
     if (!pending.empty()) {
       for (const Eigen::Index car : pending) model.derail(car);
       pending.clear();
@@ -121,7 +122,6 @@ struct Simulation::Impl {
       return;
     }
     pending = result.events;
-    monitor.step(integrator->time(), integrator->state().data());
   }
 };
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <ostream>
 #include <random>
 #include <vector>
 
@@ -12,6 +13,20 @@
 #include "train_derail/model/derailment_model.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/solver/integrator.hpp"
+
+// What GoogleTest writes for these values, in messages and in names of tests.
+namespace train_derail::inputs {
+inline void PrintTo(Method m, std::ostream* out) {
+  *out << (m == Method::cash_karp ? "cash_karp" : m == Method::dormand_prince ? "dormand_prince" : "bdf");
+}
+inline void PrintTo(OnTrackLaw law, std::ostream* out) {
+  *out << (law == OnTrackLaw::isotropic ? "isotropic" : law == OnTrackLaw::along_track ? "along_track" : "guided");
+}
+}  // namespace train_derail::inputs
+
+namespace train_derail::outcome {
+inline void PrintTo(Ended ended, std::ostream* out) { *out << to_string(ended); }
+}  // namespace train_derail::outcome
 
 namespace train_derail::test {
 
@@ -87,8 +102,8 @@ inline model::StateVector state_of(const std::vector<CarMotion>& cars) {
   return state;
 }
 
-/// With friction a v / sqrt(v^2 + e^2) a body slows by dv/dt = -a v / sqrt(v^2 + e^2). Between speeds `from` and `to` it
-/// travels (slide_distance(from) - slide_distance(to)) / a in (slide_time(from) - slide_time(to)) / a.
+/// With friction a v / sqrt(v^2 + e^2) a body slows by dv/dt = -a v / sqrt(v^2 + e^2). Between speeds `from` and `to`
+/// it travels (slide_distance(from) - slide_distance(to)) / a in (slide_time(from) - slide_time(to)) / a.
 inline double slide_distance(double v, double e) {
   return 0.5 * v * std::sqrt(v * v + e * e) + 0.5 * e * e * std::asinh(v / e);
 }
@@ -139,8 +154,8 @@ inline model::StateVector random_state(const model::DerailmentModel& m, Random& 
     cars.push_back({centre.x(), centre.y(), theta, random.uniform(-20.0, 20.0), random.uniform(-20.0, 20.0),
                     random.uniform(-2.0, 2.0)});
     const double beta = theta + random_swing(law, random);
-    pin = centre - 0.5 * car.length * heading -
-          random_gap(law, random) * Eigen::Vector2d(std::cos(beta), std::sin(beta));
+    pin =
+        centre - 0.5 * car.length * heading - random_gap(law, random) * Eigen::Vector2d(std::cos(beta), std::sin(beta));
     theta = beta - random_swing(law, random);
   }
   return state_of(cars);

@@ -1,5 +1,5 @@
-// Order of convergence of each method on three cars that move smoothly: couplers have no slack and no free swing, so that
-// their laws have no corner; nobody passes the point of derailment, nobody comes to rest.
+// Order of convergence of each method on three cars that move smoothly: couplers have no slack and no free swing, so
+// that their laws have no corner; nobody passes the point of derailment, nobody comes to rest.
 #include <memory>
 #include <stdexcept>
 
@@ -103,7 +103,8 @@ TEST_P(ExplicitOrder, IsFive) {
   EXPECT_LT(errors.back(), 1e-7);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, ExplicitOrder, testing::Values(Method::cash_karp, Method::dormand_prince));
+INSTANTIATE_TEST_SUITE_P(Methods, ExplicitOrder, testing::Values(Method::cash_karp, Method::dormand_prince),
+                         testing::PrintToStringParamName());
 
 TEST(Convergence, ExplicitMethodsAreNotTheSame) {
   EXPECT_GT(distance(integrate(fixed(Method::cash_karp, 40)), integrate(fixed(Method::dormand_prince, 40))), 1e-9);
@@ -120,15 +121,15 @@ TEST_P(ErrorControl, ErrorIsProportionalToTheTolerance) {
     options.rtol = options.atol = tolerance;
     errors.push_back(distance(integrate(options), reference));
   }
-  // Six decades of tolerance must give six of error within a decade (local control does not bound the sum exactly), and no
-  // two decades of tolerance may be without effect.
+  // Six decades of tolerance must give six of error within a decade (local control does not bound the sum exactly), and
+  // no two decades of tolerance may be without effect.
   EXPECT_NEAR(std::log10(errors.front() / errors.back()), 6.0, 1.2);
   for (std::size_t i = 0; i + 1 < errors.size(); ++i) EXPECT_GT(errors[i] / errors[i + 1], 10.0) << i;
   EXPECT_LT(errors.back(), 1e-6);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, ErrorControl,
-                         testing::Values(Method::cash_karp, Method::dormand_prince, Method::bdf));
+INSTANTIATE_TEST_SUITE_P(Methods, ErrorControl, testing::Values(Method::cash_karp, Method::dormand_prince, Method::bdf),
+                         testing::PrintToStringParamName());
 
 TEST(Convergence, ReferenceOfAnotherFamilyAgrees) {
   inputs::Solver bdf;

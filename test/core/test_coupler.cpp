@@ -98,7 +98,7 @@ TEST(SwingAngle, IsBetaMinusThetaWrapped) {
   }
 }
 
-// The bar has no mass: forces and moments on it cancel (eq. 14). What acts on the bar is the opposite of what acts on cars.
+// The bar has no mass: forces and moments on it cancel (eq. 14). It feels the opposite of what the cars feel.
 TEST(CouplerBar, IsInEquilibrium) {
   inputs::Coupler c = plateau_coupler();
   c.stiffness = 1e6;  // forces of the size of the moments, so that neither hides an error of the other
@@ -110,16 +110,18 @@ TEST(CouplerBar, IsInEquilibrium) {
     const Vec pin_lead(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0));
     const Vec pin_trail = pin_lead - gap * Vec(std::cos(beta), std::sin(beta));
     const Vec d = pin_lead - pin_trail;
-    const auto s = model::coupler_state<double>(c, d.x(), d.y(), std::cos(lead), std::sin(lead), std::cos(trail),
-                                                std::sin(trail));
+    const auto s =
+        model::coupler_state<double>(c, d.x(), d.y(), std::cos(lead), std::sin(lead), std::cos(trail), std::sin(trail));
     EXPECT_NEAR(s.gap, gap, 1e-13);
     EXPECT_NEAR(s.swing_lead, std::remainder(beta - lead, 2.0 * test::kPi), 1e-12);
     EXPECT_NEAR(s.swing_trail, std::remainder(beta - trail, 2.0 * test::kPi), 1e-12);
     EXPECT_NEAR(s.moment_lead, model::swing_moment(c, s.swing_lead), 1e-13 * c.swing_stiffness);
     EXPECT_NEAR(s.moment_trail, model::swing_moment(c, s.swing_trail), 1e-13 * c.swing_stiffness);
     const Vec on_lead(s.force_x, s.force_y), on_trail(-s.force_x, -s.force_y);
-    const double about_origin = cross(pin_lead, -on_lead) + cross(pin_trail, -on_trail) - s.moment_lead - s.moment_trail;
-    const double scale = 10.0 * (std::abs(s.axial) + std::abs(s.lateral)) + std::abs(s.moment_lead) + std::abs(s.moment_trail);
+    const double about_origin =
+        cross(pin_lead, -on_lead) + cross(pin_trail, -on_trail) - s.moment_lead - s.moment_trail;
+    const double scale =
+        10.0 * (std::abs(s.axial) + std::abs(s.lateral)) + std::abs(s.moment_lead) + std::abs(s.moment_trail);
     EXPECT_NEAR(about_origin, 0.0, 1e-13 * (scale + 1.0));
     // Buff pushes the lead car away from the trail car, along the bar.
     EXPECT_NEAR(on_lead.dot(d) / gap, model::axial_force(c, s.gap), 1e-13 * scale + 1e-6);
@@ -167,7 +169,8 @@ TEST_P(TwoCars, LoadTheCouplerToTheClosedForm) {
   const outcome::PeakForce& idle = closing > 0.0 ? o.coupler_draft_peak : o.coupler_buff_peak;
   EXPECT_NEAR(loaded.force / m.peak, 1.0, 1e-3);
   EXPECT_EQ(loaded.coupler, 1);
-  EXPECT_NEAR(loaded.time, m.contact + 0.5 * test::kPi / m.rate, 0.05 / m.rate);  // force is flat to 1e-3 within +-0.045 rad
+  // Within 0.045 rad of the top the force is flat to 1e-3.
+  EXPECT_NEAR(loaded.time, m.contact + 0.5 * test::kPi / m.rate, 0.05 / m.rate);
   EXPECT_EQ(idle.force, 0.0);
   EXPECT_EQ(idle.coupler, 0);
   EXPECT_NEAR(o.relative_speed_max.speed / std::abs(closing), 1.0, 1e-3);
@@ -201,7 +204,8 @@ TEST_P(TwoCars, PartAsTheyMetAndKeepTheEnergy) {
 }
 
 TEST_P(TwoCars, PeakIsFoundBetweenTheSteps) {
-  // At the default tolerance the steps are long against the contact: the peak must be that of the motion, not of the steps.
+  // At the default tolerance the steps are long against the contact: the peak is the motion's, not the largest at a
+  // step.
   const Meeting m = meeting(GetParam());
   simulation::Simulation sim = meet(m, GetParam());
   double peak = 0.0;

@@ -1,5 +1,5 @@
 // The equations of motion against a free-body diagram: forces and moments are put together here from vectors and cross
-// products, not from equations (10) to (12), and compared with the model at random states. Each erratum has its own case.
+// products, not from equations (10) to (12), and compared with the model at random states. Each erratum has a case too.
 #include <string>
 
 #include <Eigen/LU>
@@ -38,7 +38,8 @@ struct Body {
   }
 };
 
-std::vector<Body> bodies_of(const inputs::Scenario& s, const model::DerailmentModel& m, const model::StateVector& state) {
+std::vector<Body> bodies_of(const inputs::Scenario& s, const model::DerailmentModel& m,
+                            const model::StateVector& state) {
   std::vector<Body> bodies;
   const auto motion = model::motion(state.data(), m.car_count());
   for (const inputs::CarBlock& b : s.consist) {
@@ -76,8 +77,8 @@ void apply_ground(const inputs::Scenario& s, std::vector<Body>& bodies) {
   }
 }
 
-/// The bar between the pins: it pushes with F along itself, its ends twist the cars, and it has no mass. `p`, the force on
-/// its front end, follows from these two equations; the car feels the opposite.
+/// The bar between the pins: it pushes with F along itself, its ends twist the cars, and it has no mass. `p`, the force
+/// on its front end, follows from these two equations; the car feels the opposite.
 void apply_coupler(const inputs::Coupler& c, Body& lead, Body& trail) {
   const Vec front = lead.at(-0.5 * lead.length), rear = trail.at(0.5 * trail.length), bar = front - rear;
   const double gap = bar.norm(), beta = std::atan2(bar.y(), bar.x());
@@ -91,8 +92,8 @@ void apply_coupler(const inputs::Coupler& c, Body& lead, Body& trail) {
   };
   const double m_lead = end_moment(lead.theta), m_trail = end_moment(trail.theta);
   Eigen::Matrix2d equations;
-  equations.row(0) = bar.transpose() / gap;        // p . u = -F
-  equations.row(1) << -bar.y(), bar.x();           // bar x p - m_lead - m_trail = 0, about the rear end
+  equations.row(0) = bar.transpose() / gap;  // p . u = -F
+  equations.row(1) << -bar.y(), bar.x();     // bar x p - m_lead - m_trail = 0, about the rear end
   const Vec p = equations.inverse() * Vec(-axial, m_lead + m_trail);
   const double scale = c.stiffness * gap + p.norm();
   lead.push(-0.5 * lead.length, -p, scale);
@@ -101,16 +102,11 @@ void apply_coupler(const inputs::Coupler& c, Body& lead, Body& trail) {
   trail.twist(m_trail);
 }
 
-struct Case {
-  const char* name;
-  OnTrackLaw law;
-};
-
-class FreeBody : public testing::TestWithParam<Case> {};
+class FreeBody : public testing::TestWithParam<OnTrackLaw> {};
 
 TEST_P(FreeBody, AgreesWithTheModelAtRandomStates) {
   inputs::Scenario s = test::mixed_train();
-  s.ground.on_track_law = GetParam().law;
+  s.ground.on_track_law = GetParam();
   test::Random random(11);
   for (int round = 0; round < 300; ++round) {
     // Stiffness from that of the ground forces to the paper's, so that no force hides behind another one's rounding.
@@ -121,7 +117,7 @@ TEST_P(FreeBody, AgreesWithTheModelAtRandomStates) {
     model::DerailmentModel m(s);
     test::derail_at_random(m, random);
     model::StateVector y = test::random_state(m, random);
-    const bool guided = GetParam().law == OnTrackLaw::guided;
+    const bool guided = GetParam() == OnTrackLaw::guided;
     if (guided) test::put_on_rails(m, y);
 
     std::vector<Body> bodies = bodies_of(s, m, y);
@@ -140,7 +136,7 @@ TEST_P(FreeBody, AgreesWithTheModelAtRandomStates) {
       EXPECT_EQ(d(k, model::X), b.velocity.x());
       EXPECT_EQ(d(k, model::Y), b.velocity.y());
       EXPECT_EQ(d(k, model::THETA), b.omega);
-      // Rounding: some dozens of operations of 1e-16 each, the first of which on coordinates of 100 m against gaps of 1 m.
+      // Rounding: dozens of operations of 1e-16 each, the first of them on coordinates of 100 m for gaps of 1 m.
       EXPECT_NEAR(d(k, model::VX) * b.mass, b.force.x(), 1e-12 * b.force_scale);
       EXPECT_NEAR(d(k, model::VY) * b.mass, held ? 0.0 : b.force.y(), held ? 0.0 : 1e-12 * b.force_scale);
       EXPECT_NEAR(d(k, model::OMEGA) * b.inertia, held ? 0.0 : b.moment, held ? 0.0 : 1e-12 * b.moment_scale);
@@ -154,10 +150,8 @@ TEST_P(FreeBody, AgreesWithTheModelAtRandomStates) {
 }
 
 INSTANTIATE_TEST_SUITE_P(OnTrack, FreeBody,
-                         testing::Values(Case{"isotropic", OnTrackLaw::isotropic},
-                                         Case{"along_track", OnTrackLaw::along_track},
-                                         Case{"guided", OnTrackLaw::guided}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         testing::Values(OnTrackLaw::isotropic, OnTrackLaw::along_track, OnTrackLaw::guided),
+                         testing::PrintToStringParamName());
 
 TEST(TrainBalance, CouplersAddNoForceAndNoMoment) {
   inputs::Scenario s = test::mixed_train();
@@ -223,7 +217,8 @@ TEST(Erratum10, LateralForceOfTheFrontCouplerHasASine) {
   const double half = 0.5 * s.consist[0].length, gap = s.coupler.length;
   const model::StateVector rate = rate_of(s, {CarMotion{half, gap, 0, 0, 0, 0}, CarMotion{-half, 0, 0, 0, 0, 0}});
   const auto d = model::motion(rate.data(), 2);
-  const double moment = s.coupler.swing_stiffness * (0.5 * test::kPi - s.coupler.swing_limit);  // gamma = 90 deg at both
+  // gamma is 90 degrees at both ends.
+  const double moment = s.coupler.swing_stiffness * (0.5 * test::kPi - s.coupler.swing_limit);
   const double mass = s.consist[0].weight / kG, e = 2.0 * moment / gap;
   EXPECT_NEAR(d(0, model::VX) * mass / e, 1.0, 1e-12);
   EXPECT_NEAR(d(1, model::VX) * mass / e, -1.0, 1e-12);
@@ -277,11 +272,12 @@ TEST(Erratum6And7, BuffPushesApartInEveryQuadrant) {
   inputs::Scenario s = test::baseline(2);
   test::set_friction(s, 0.0, 0.0);
   s.coupler.swing_stiffness = 0.0;
-  const double half = 0.5 * s.consist[0].length, squeeze = 0.1, gap = s.coupler.length - 0.5 * s.coupler.slack - squeeze;
+  const double half = 0.5 * s.consist[0].length, squeeze = 0.1;
+  const double gap = s.coupler.length - 0.5 * s.coupler.slack - squeeze;
   for (int i = 0; i < 8; ++i) {
     const double beta = i * 0.25 * test::kPi;  // 90 degrees too: no quotient of infinity
-    const model::StateVector rate = rate_of(s, {CarMotion{half + gap * std::cos(beta), gap * std::sin(beta), 0, 0, 0, 0},
-                                                CarMotion{-half, 0, 0, 0, 0, 0}});
+    const model::StateVector rate = rate_of(
+        s, {CarMotion{half + gap * std::cos(beta), gap * std::sin(beta), 0, 0, 0, 0}, CarMotion{-half, 0, 0, 0, 0, 0}});
     const auto d = model::motion(rate.data(), 2);
     const double a = s.coupler.stiffness * squeeze * kG / s.consist[0].weight;
     EXPECT_NEAR(d(0, model::VX) / a, std::cos(beta), 1e-12) << i;
@@ -302,7 +298,8 @@ TEST(Erratum15, TrainStartsAtMidSlack) {
       const auto i = static_cast<std::size_t>(k);
       x -= 0.5 * (m.cars()[i - 1].length + m.cars()[i].length) + s.coupler.length;
       EXPECT_NEAR(m.coupler(y.data(), k - 1).gap, s.coupler.length, 1e-12);
-      EXPECT_NEAR(m.front_pin(y.data(), k).position.x() + s.coupler.length, m.rear_pin(y.data(), k - 1).position.x(), 1e-12);
+      EXPECT_NEAR(m.front_pin(y.data(), k).position.x() + s.coupler.length, m.rear_pin(y.data(), k - 1).position.x(),
+                  1e-12);
     }
     EXPECT_NEAR(q(k, model::X), x, 1e-12);
     EXPECT_EQ(q(k, model::VX), s.initial.speed);

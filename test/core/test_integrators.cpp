@@ -186,14 +186,16 @@ TEST_P(Integrator, SimulationThatRunsOutOfStepsSaysSo) {
 }
 
 TEST_P(Integrator, CrossingOfThePointOfDerailmentIsLocated) {
-  // The second car, free of the first, rolls 30 m on on-track friction and crosses x = 0 at a time known in closed form.
+  // The second car, free of the first, rolls 30 m on on-track friction and crosses x = 0 at a time known in closed
+  // form.
   inputs::Scenario s = test::baseline(2);
   test::uncouple(s);
   s.solver.method = GetParam();
   test::set_tolerance(s, 1e-13);
   const double speed = 15.0, way = 30.0, e = s.ground.regularization_speed;
   const double a = s.ground.on_track_friction * inputs::kStandardGravity;
-  // Speed at the crossing: slide_distance(v) = slide_distance(15) - a way, by Newton's rule; its slope is sqrt(v^2 + e^2).
+  // Speed at the crossing: slide_distance(v) = slide_distance(15) - a way, by Newton's rule; its slope is sqrt(v^2 +
+  // e^2).
   double v = speed;
   for (int i = 0; i < 50; ++i)
     v -= (test::slide_distance(v, e) - test::slide_distance(speed, e) + a * way) / std::sqrt(v * v + e * e);
@@ -217,8 +219,8 @@ TEST_P(Integrator, CrossingOfThePointOfDerailmentIsLocated) {
   EXPECT_NEAR(ledger.work_off_track / (0.5 * mass * (v * v - std::pow(sim.snapshot().cars[1].vx, 2))), 1.0, 1e-7);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Integrator,
-                         testing::Values(Method::cash_karp, Method::dormand_prince, Method::bdf));
+INSTANTIATE_TEST_SUITE_P(Methods, Integrator, testing::Values(Method::cash_karp, Method::dormand_prince, Method::bdf),
+                         testing::PrintToStringParamName());
 
 TEST(Integrators, AgreeOnTheBaseline) {
   const double until = 1.0, interval = 0.01;  // the first couplers close after 0.4 s

@@ -41,8 +41,7 @@ TEST_P(Methods, KeepEnergyAndMomentaWithoutGround) {
     sim.advance(0.02 * i);
     const model::EnergyLedger e = reference.energy(sim.state().data());
     const model::Momentum p = reference.momentum(sim.state().data());
-    // 1e-8 relative is a hundred to a thousand steps' worth of the tolerance; momenta, being linear in the velocities, are
-    // kept by any consistent method but for rounding.
+    // 1e-8 relative is a thousand steps' worth of the tolerance, the dense output included.
     ASSERT_NEAR(e.total() / energy, 1.0, 1e-8) << sim.time();
     ASSERT_NEAR(p.x / start.x, 1.0, 1e-8);
     ASSERT_NEAR((p.y - start.y) / start.x, 0.0, 1e-8);
@@ -83,7 +82,8 @@ TEST_P(Methods, MirrorTheRunExactlyWhenTheYawIsMirrored) {
   EXPECT_EQ(a.outcome().cars_off_track, b.outcome().cars_off_track);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Methods, testing::Values(Method::cash_karp, Method::dormand_prince, Method::bdf));
+INSTANTIATE_TEST_SUITE_P(All, Methods, testing::Values(Method::cash_karp, Method::dormand_prince, Method::bdf),
+                         testing::PrintToStringParamName());
 
 class Readings : public testing::TestWithParam<OnTrackLaw> {};
 
@@ -98,8 +98,8 @@ TEST_P(Readings, KeepTheLedgerBalanced) {
   while (!sim.ended()) {
     sim.advance(sim.time() + 0.05);
     const model::EnergyLedger e = reference.energy(sim.state().data());
-    // Energy is a sum over the state: its error is that of the state, rtol 1e-9 times thousands of steps. In between the
-    // steps it is the dense output's.
+    // Energy is a sum over the state: its error is that of the state, rtol 1e-9 times thousands of steps. In between
+    // the steps it is the dense output's.
     ASSERT_NEAR(e.total() / energy, 1.0, 1e-6) << sim.time();
     ASSERT_GE(e.work_on_track, before.work_on_track * (1.0 - 1e-12));  // friction never gives back
     ASSERT_GE(e.work_off_track, before.work_off_track * (1.0 - 1e-12));
@@ -116,7 +116,8 @@ TEST_P(Readings, KeepTheLedgerBalanced) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Readings,
-                         testing::Values(OnTrackLaw::isotropic, OnTrackLaw::along_track, OnTrackLaw::guided));
+                         testing::Values(OnTrackLaw::isotropic, OnTrackLaw::along_track, OnTrackLaw::guided),
+                         testing::PrintToStringParamName());
 
 TEST(Ledger, ResidualAtDefaultToleranceIsSmall) {
   simulation::Simulation sim(test::baseline(20));

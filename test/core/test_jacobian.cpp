@@ -93,12 +93,13 @@ TEST_P(Jacobian, AgreesWithDifferences) {
       EXPECT_EQ(whole.bottomRows(model::kWorkTerms).norm(), 0.0);
       EXPECT_EQ(whole.rightCols(model::kWorkTerms).norm(), 0.0);
       for (Eigen::Index row = 0; row < size; ++row) {
-        // Truncation h^4 times fifth derivatives at gaps of 0.4 m, (h / G)^4 = 4e-15 times some hundred; rounding of the
-        // forces, K * 1e-14 m / (m h), is 1e-10 of the row's largest entry.
+        // Truncation h^4 times fifth derivatives at gaps of 0.4 m, (h / G)^4 = 4e-15 times some hundred; rounding of
+        // the forces, K * 1e-14 m / (m h), is 1e-10 of the row's largest entry.
         const double tolerance = 1e-8 * expected.row(row).cwiseAbs().maxCoeff() + 1e-9;
         for (Eigen::Index column = 0; column < size; ++column)
           ASSERT_NEAR(j(row, column), expected(row, column), tolerance)
-              << "round " << round << ", row " << row / 6 << "/" << row % 6 << ", column " << column / 6 << "/" << column % 6;
+              << "round " << round << ", row " << row / 6 << "/" << row % 6 << ", column " << column / 6 << "/"
+              << column % 6;
       }
     }
     EXPECT_EQ(checked, 40);
@@ -106,7 +107,8 @@ TEST_P(Jacobian, AgreesWithDifferences) {
 }
 
 INSTANTIATE_TEST_SUITE_P(OnTrack, Jacobian,
-                         testing::Values(OnTrackLaw::isotropic, OnTrackLaw::along_track, OnTrackLaw::guided));
+                         testing::Values(OnTrackLaw::isotropic, OnTrackLaw::along_track, OnTrackLaw::guided),
+                         testing::PrintToStringParamName());
 
 TEST(JacobianOfCouplers, IsTheHessianOfAPotential) {
   inputs::Scenario s = soft_train(OnTrackLaw::isotropic);

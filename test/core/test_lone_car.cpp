@@ -109,7 +109,8 @@ TEST(LoneCarMass, DoesNotMatterToTheSlide) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, LoneCar,
                          testing::Values(inputs::Method::cash_karp, inputs::Method::dormand_prince,
-                                         inputs::Method::bdf));
+                                         inputs::Method::bdf),
+                         testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace train_derail

@@ -78,7 +78,8 @@ TEST(CarsPastPod, IsLatched) {
   s.coupler.stiffness = 2e6;  // gives way by 0.78 m, of which each car takes half
   s.coupler.swing_stiffness = 0.0;
   const double pitch = s.consist[0].length + s.coupler.length;
-  simulation::Simulation sim(s, test::state_of({CarMotion{pitch - 0.2, 0, 0, -3, 0.2, 0}, CarMotion{-0.2, 0, 0, 3, 0.2, 0}}));
+  simulation::Simulation sim(
+      s, test::state_of({CarMotion{pitch - 0.2, 0, 0, -3, 0.2, 0}, CarMotion{-0.2, 0, 0, 3, 0.2, 0}}));
   double highest = -1.0;
   for (int i = 1; i <= 60; ++i) {
     sim.advance(0.01 * i);
@@ -101,7 +102,8 @@ TEST(CarsPastPod, CountsACarThatStartsPastIt) {
 }
 
 TEST(CarsOffTrack, AreThoseWithATruckSideways) {
-  // Half a foot at the front truck, D / 2 = 5.773 m ahead: at an angle of 0.0264 rad; the second car is turned by half of it.
+  // Half a foot at the front truck, D / 2 = 5.773 m ahead: at an angle of 0.0264 rad; the second car is turned by half
+  // of it.
   inputs::Scenario s = free_cars(3, 1.0);
   const double angle = 0.0265;
   ASSERT_GT(0.5 * 0.62 * s.consist[0].length * std::sin(angle), s.outcome.off_track_threshold);
@@ -141,7 +143,8 @@ TEST(ClosingSpeed, OfASideImpactIsKnown) {
   const double length = s.consist[0].length, width = s.consist[0].width;
   const double way = 2.0;  // from the first car's rear face to the second one's side
   const double x = 50.0 + 0.5 * width + way + 0.5 * length;
-  simulation::Simulation sim(s, test::state_of({CarMotion{x, 0, 0, -3.0, 1.0, 0}, CarMotion{50, 0, 0.5 * test::kPi, 1.0, -1.0, 0}}));
+  simulation::Simulation sim(
+      s, test::state_of({CarMotion{x, 0, 0, -3.0, 1.0, 0}, CarMotion{50, 0, 0.5 * test::kPi, 1.0, -1.0, 0}}));
   sim.run();
   const outcome::Outcome o = sim.outcome();
   const double closing = 4.0, sliding = 2.0, touch = way / closing;
@@ -163,7 +166,7 @@ TEST(ClosingSpeed, OfACornerIncludesTheSpin) {
   inputs::Scenario s = free_cars(2, 0.0);
   s.outcome.sample_interval = 1e-3;
   const double length = s.consist[0].length, width = s.consist[0].width, spin = 2.0 * test::kPi;
-  s.stop.time_max = 1.0;  // one turn
+  s.stop.time_max = 1.0;                                                             // one turn
   const double radius = 0.5 * std::hypot(length, width), wall = 0.5 * length - 0.5;  // the end sweeps half a metre deep
   // First car spins about (100, 0); the second one's side faces it from x = 100 - wall.
   simulation::Simulation sim(s, test::state_of({CarMotion{100, 0, 0.5 * test::kPi, 0, 0, spin},
@@ -183,14 +186,16 @@ TEST(ClosingSpeed, CarsThatMissDoNotTouch) {
   inputs::Scenario s = free_cars(2, 3.0);
   const double width = s.consist[0].width;
   // They pass side by side, a tenth of a metre apart.
-  simulation::Simulation sim(s, test::state_of({CarMotion{60, width + 0.1, 0, -10.0, 0, 0}, CarMotion{20, 0, 0, 10.0, 0, 0}}));
+  simulation::Simulation sim(
+      s, test::state_of({CarMotion{60, width + 0.1, 0, -10.0, 0, 0}, CarMotion{20, 0, 0, 10.0, 0, 0}}));
   sim.run();
   EXPECT_EQ(sim.outcome().touches, 0);
   EXPECT_EQ(sim.outcome().closing_speed_max.speed, 0.0);
   EXPECT_NEAR(sim.outcome().relative_speed_max.speed, 20.0, 1e-9);
   EXPECT_EQ(sim.outcome().relative_speed_max.coupler, 1);
   // A tenth of a metre closer they graze.
-  simulation::Simulation graze(s, test::state_of({CarMotion{60, width - 0.1, 0, -10.0, 0, 0}, CarMotion{20, 0, 0, 10.0, 0, 0}}));
+  simulation::Simulation graze(
+      s, test::state_of({CarMotion{60, width - 0.1, 0, -10.0, 0, 0}, CarMotion{20, 0, 0, 10.0, 0, 0}}));
   graze.run();
   EXPECT_EQ(graze.outcome().touches, 1);
   EXPECT_NEAR(graze.outcome().closing_speed_max.speed, 20.0, 1e-9);

@@ -89,7 +89,8 @@ TEST_P(Advance, SnapshotsFollowFromTheState) {
       const simulation::CarSnapshot& c = shot.cars[k];
       const auto row = q.row(static_cast<Eigen::Index>(k));
       const double arm = 0.5 * sim.cars()[k].truck_spacing;
-      EXPECT_TRUE(c.x == row(0) && c.y == row(1) && c.theta == row(2) && c.vx == row(3) && c.vy == row(4) && c.omega == row(5));
+      EXPECT_TRUE(c.x == row(0) && c.y == row(1) && c.theta == row(2) && c.vx == row(3) && c.vy == row(4) &&
+                  c.omega == row(5));
       EXPECT_NEAR(c.front_truck_offset, c.y + arm * std::sin(c.theta), 1e-12);
       EXPECT_NEAR(c.rear_truck_offset, c.y - arm * std::sin(c.theta), 1e-12);
       if (c.x > 1e-9) past[k] = true;
@@ -118,14 +119,17 @@ TEST_P(Advance, SnapshotsFollowFromTheState) {
       bent += b.lateral_force != 0.0;
     }
     const outcome::Outcome o = sim.outcome();
-    EXPECT_EQ(o.cars_past_pod, std::count_if(shot.cars.begin(), shot.cars.end(), [](const auto& c) { return c.past_pod; }));
-    EXPECT_EQ(o.cars_off_track, std::count_if(shot.cars.begin(), shot.cars.end(), [](const auto& c) { return c.off_track; }));
+    EXPECT_EQ(o.cars_past_pod,
+              std::count_if(shot.cars.begin(), shot.cars.end(), [](const auto& c) { return c.past_pod; }));
+    EXPECT_EQ(o.cars_off_track,
+              std::count_if(shot.cars.begin(), shot.cars.end(), [](const auto& c) { return c.off_track; }));
   }
   EXPECT_GT(loaded, 100);
   EXPECT_GT(bent, 100);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Advance, testing::Values(Method::cash_karp, Method::dormand_prince, Method::bdf));
+INSTANTIATE_TEST_SUITE_P(Methods, Advance, testing::Values(Method::cash_karp, Method::dormand_prince, Method::bdf),
+                         testing::PrintToStringParamName());
 
 TEST(OnTrackReadings, GuidedCarsStayOnTheRailsUntilThePointOfDerailment) {
   inputs::Scenario s = test::baseline(10);

@@ -167,7 +167,8 @@ TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {
                               array.markers[0].header.stamp == paused_info.start;
     EXPECT_EQ(array.markers[0].action == Marker::DELETEALL, first_of_run) << array.markers[0].header.stamp;
   }
-  for (const CarStates& m : cars->messages) EXPECT_EQ(stamps.count(m.header.stamp), 1U) << m.header.stamp;
+  // The queue of this topic is short, as its messages are long: at rate 0 some may be missing, but the last may not.
+  EXPECT_EQ(stamps.count(cars->last().header.stamp), 1U);
   std::set<std::string> kinds;
   for (const Marker& m : markers->last().markers) {
     if (m.action == Marker::ADD) kinds.insert(m.ns);

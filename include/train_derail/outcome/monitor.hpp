@@ -14,7 +14,7 @@ class Monitor {
   /// `model` must outlive the monitor; (t, y) is where the run starts.
   Monitor(const model::DerailmentModel& model, const inputs::OutcomeRules& rules, double t, const model::StateVector& y);
 
-  /// One accepted step from where the last one ended to (t, y).
+  /// One accepted step from where the last one ended to (t, y), once the run has reached t.
   void step(double t, const double* y);
   /// One sample; times must rise.
   void sample(double t, const double* y);
@@ -23,7 +23,7 @@ class Monitor {
   /// Largest speed of any truck centre [m/s].
   double truck_speed_max(const double* y) const;
 
-  /// Counts, peaks, pile-up and energy at (t, y); leaves why it ended and the solver's figures alone.
+  /// Counts, peaks, pile-up and energy at (t, y), which may lie beyond the last step; leaves why it ended and the solver's figures alone.
   void report(double t, const double* y, Outcome& outcome) const;
 
  private:
@@ -33,8 +33,15 @@ class Monitor {
     double time = 0.0;
   };
 
-  void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate);
-  void consider(Eigen::Index coupler, double gap, double time);
+  /// Smallest and largest gap of any coupler.
+  struct GapExtremes {
+    GapExtreme closest, widest;
+    void consider(Eigen::Index coupler, double gap, double time);
+  };
+
+  void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const;
+  /// Adds what happens from the end of the last step to time t, where gaps and rates are as given.
+  void extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const;
   void sample_touches(double t, const double* y);
 
   const model::DerailmentModel& model_;
@@ -42,7 +49,7 @@ class Monitor {
   double energy_initial_;
   double step_time_;
   Eigen::ArrayXd gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
-  GapExtreme closest_, widest_;
+  GapExtremes extremes_;
   std::vector<bool> off_track_;
   std::vector<Footprint> footprints_;
   std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach

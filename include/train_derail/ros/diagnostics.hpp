@@ -18,15 +18,15 @@ struct Health {
   double time = 0.0;                    // simulated [s]
   double rate = 0.0;                    // wanted; 0: as fast as the integrator goes
   std::optional<double> achieved_rate;  // since the last report; empty if nothing ran
+  double lost_share = 0.0;              // of the wall time since the last report, given up as it could not be made good
   double late_max = 0.0;                // latest grid point since the last report [s]
-  std::int64_t slips = 0;               // times that lost wall time was given up
   outcome::Outcome outcome;
 };
 
 /// Reports on /diagnostics by the wall clock, as simulated time may stand still. Simulation thread only.
 class Diagnostics {
  public:
-  /// `period`: wall [s]. `overload_threshold`: shortfall of the achieved rate that is complained about [-].
+  /// `period`: wall [s]. `overload_threshold`: share of the wall time lost that is complained about [-].
   Diagnostics(::ros::NodeHandle& private_handle, double period, double overload_threshold);
 
   WallTime due() const { return due_; }

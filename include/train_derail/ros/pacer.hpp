@@ -2,7 +2,7 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
+#include <utility>
 
 namespace train_derail::ros_face {
 
@@ -35,12 +35,13 @@ class Pacer {
   /// To be called when tick t has been sent. Returns how late it was [s], at least 0.
   double done(WallTime now, double t);
 
-  /// Simulated seconds per wall second since the last call of either; 0 if no wall time has passed.
+  /// Simulated seconds per wall second since the last call or anchor; 0 if no wall time has passed.
   double take_achieved_rate(WallTime now, double t);
   /// Wall time over which take_achieved_rate() would average [s].
   double window(WallTime now) const { return to_seconds(now - window_wall_); }
 
-  std::int64_t slips() const { return slips_; }
+  /// Wall time given up for lack of computing power since the last call or anchor [s].
+  double take_lost() { return std::exchange(lost_, 0.0); }
 
  private:
   double rate_, interval_;
@@ -48,7 +49,7 @@ class Pacer {
   double anchor_time_ = 0.0;
   WallTime window_wall_{};
   double window_time_ = 0.0;
-  std::int64_t slips_ = 0;  // times that a new anchor was needed
+  double lost_ = 0.0;
 };
 
 }  // namespace train_derail::ros_face

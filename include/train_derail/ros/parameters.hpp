@@ -23,7 +23,7 @@ struct NodeParameters {
   bool publish_tf = true;
   int markers_every = 1;                            // grid points; 0: no markers
   double event_coupler_force = 1000.0 * inputs::kKip;  // threshold of COUPLER_PEAK events [N]
-  double overload_threshold = 0.1;                  // shortfall of the achieved rate that is complained about [-]
+  double overload_threshold = 0.1;                  // share of wall time lost that is complained about [-]
   double diagnostics_period = 1.0;                  // wall [s]
 };
 
