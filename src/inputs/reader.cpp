@@ -1,36 +1,15 @@
 #include "train_derail/inputs/reader.hpp"
 
 #include <charconv>
-#include <map>
-#include <set>
 
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/units.hpp"
+#include "tree_reader.hpp"
 
 namespace train_derail::inputs {
 
 namespace {
-
-/// Where each key stands and what is written there, for errors that are found later.
-struct Place {
-  std::string where, value;
-};
-using Places = std::map<std::string, Place>;
-
-std::string located(const std::string& source, const YAML::Mark& mark) {
-  return mark.is_null() || mark.line < 0 ? source : fmt::format("{}:{}", source, mark.line + 1);
-}
-
-std::string written(const YAML::Node& node) {
-  if (node.IsScalar()) return node.Scalar();
-  if (node.IsNull()) return "nothing";
-  YAML::Emitter out;
-  out.SetMapFormat(YAML::Flow);
-  out.SetSeqFormat(YAML::Flow);
-  out << node;
-  return out.c_str();
-}
 
 /// Steps of a key: "consist[0].count" is consist, 0, count.
 struct Step {
@@ -104,155 +83,6 @@ void apply(YAML::Node& root, const Override& o) {
   }
 }
 
-class Reader {
- public:
-  Reader(YAML::Node node, std::string prefix, std::string source, const std::vector<Override>& overrides,
-         UnitSystem& units, Places& places)
-      : node_(std::move(node)),
-        prefix_(std::move(prefix)),
-        source_(std::move(source)),
-        overrides_(overrides),
-        units_(units),
-        places_(places) {
-    const std::string here = prefix_.empty() ? "" : prefix_.substr(0, prefix_.size() - 1);
-    if (!node_.IsMap()) throw InputError(where(here, node_), here, written(node_), "not a group of keys", "key: value lines");
-    std::set<std::string> seen;
-    for (const auto& item : node_) {
-      const std::string key = written(item.first);
-      if (!seen.insert(key).second) {
-        throw InputError(where(prefix_ + key, item.first), prefix_ + key, written(item.second), "key given twice", "once");
-      }
-    }
-  }
-
-  void text(const char* key, std::string& value, const char*) {
-    if (const YAML::Node n = find(key, false, "text")) value = scalar(key, n, "text");
-  }
-
-  void number(const char* key, double& value, const Quantity& q, const char*) {
-    const std::string allowed = q.range.text(q.unit);
-    if (const YAML::Node n = find(key, q.required, allowed)) value = convert(key, n, q, allowed);
-  }
-  void number(const char* key, std::optional<double>& value, const Quantity& q, const char*) {
-    const std::string allowed = q.range.text(q.unit);
-    if (const YAML::Node n = find(key, q.required, allowed)) value = convert(key, n, q, allowed);
-  }
-
-  template <class I>
-  void integer(const char* key, I& value, const Range& range, bool required, const char*) {
-    const std::string allowed = "a whole number, " + range.text("1");
-    const YAML::Node n = find(key, required, allowed);
-    if (!n) return;
-    const std::string text = scalar(key, n, allowed);
-    I parsed{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), parsed);
-    if (error != std::errc() || end != text.data() + text.size()) fail(key, n, "not a whole number", allowed);
-    value = parsed;
-  }
-
-  template <class E, class N>
-  void choice(const char* key, E& value, const N& names, const char*) {
-    std::string allowed;
-    for (const auto& [name, unused] : names) allowed += (allowed.empty() ? "" : ", ") + std::string(name);
-    const YAML::Node n = find(key, false, allowed);
-    if (!n) return;
-    const std::string text = scalar(key, n, allowed);
-    for (const auto& [name, choice] : names) {
-      if (name == text) {
-        value = choice;
-        return;
-      }
-    }
-    fail(key, n, "unknown choice", allowed);
-  }
-
-  template <class G, class F>
-  void group(const char* key, G& g, F describe_it, const char*) {
-    if (const YAML::Node n = find(key, false, "")) {
-      read_child(n, source_, prefix_ + key, g, describe_it);
-    } else {  // its required keys are still asked for, by name
-      read_child(YAML::Node(YAML::NodeType::Map), located(source_, node_.Mark()), prefix_ + key, g, describe_it);
-    }
-  }
-
-  template <class G, class F>
-  void list(const char* key, std::vector<G>& items, F describe_it, const char*) {
-    const YAML::Node n = find(key, true, "a list of groups");
-    if (!n.IsSequence()) fail(key, n, "not a list", "a list of groups, each starting with '- '");
-    items.clear();
-    for (std::size_t i = 0; i < n.size(); ++i) {
-      G item;
-      read_child(n[i], source_, fmt::format("{}{}[{}]", prefix_, key, i), item, describe_it);
-      items.push_back(std::move(item));
-    }
-  }
-
-  /// After describing: every key that stands here has been asked for.
-  void finish() const {
-    for (const auto& item : node_) {
-      const std::string key = written(item.first);
-      if (asked_.count(key) != 0) continue;
-      std::string allowed;
-      for (const auto& name : asked_) allowed += (allowed.empty() ? "" : ", ") + name;
-      throw InputError(where(prefix_ + key, item.first), prefix_ + key, written(item.second), "unknown key", allowed);
-    }
-  }
-
- private:
-  template <class G, class F>
-  void read_child(const YAML::Node& node, const std::string& source, const std::string& path, G& g, F describe_it) {
-    Reader child(node, path + ".", source, overrides_, units_, places_);
-    describe_it(child, g);
-    child.finish();
-  }
-
-  std::string where(const std::string& path, const YAML::Node& node) const {
-    for (const Override& o : overrides_) {
-      if (path.compare(0, o.key.size(), o.key) == 0) return "override";
-    }
-    return located(source_, node.Mark());
-  }
-
-  YAML::Node find(const char* key, bool required, const std::string& allowed) {
-    asked_.insert(key);
-    const YAML::Node n = static_cast<const YAML::Node&>(node_)[key];
-    if (!n) {
-      if (required) throw InputError(where(prefix_, node_), prefix_ + key, "", "missing", allowed);
-      return YAML::Node(YAML::NodeType::Undefined);
-    }
-    places_[prefix_ + key] = {where(prefix_ + key, n), written(n)};
-    return n;
-  }
-
-  [[noreturn]] void fail(const char* key, const YAML::Node& n, const std::string& problem, const std::string& allowed) const {
-    throw InputError(where(prefix_ + key, n), prefix_ + key, written(n), problem, allowed);
-  }
-
-  std::string scalar(const char* key, const YAML::Node& n, const std::string& allowed) const {
-    if (!n.IsScalar()) fail(key, n, "a single value is wanted here", allowed);
-    return n.Scalar();
-  }
-
-  double convert(const char* key, const YAML::Node& n, const Quantity& q, const std::string& allowed) {
-    const std::string text = scalar(key, n, allowed);
-    if (text == ".inf" || text == ".Inf" || text == ".INF") return kInfinity;
-    if (text == ".nan" || text == ".NaN" || text == ".NAN") fail(key, n, "not a finite number", allowed);
-    try {
-      return units_.to_si(text, q.unit);
-    } catch (const std::invalid_argument& e) {
-      const std::string example = *q.shown != '\0' ? fmt::format(" (a number, or with a unit as in \"1 {}\")", q.shown) : "";
-      fail(key, n, e.what(), allowed + example);
-    }
-  }
-
-  const YAML::Node node_;
-  const std::string prefix_, source_;
-  const std::vector<Override>& overrides_;
-  UnitSystem& units_;
-  Places& places_;
-  std::set<std::string> asked_;
-};
-
 }  // namespace
 
 Override parse_override(std::string_view text) {
@@ -276,7 +106,7 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
   UnitSystem units;
   Places places;
   Scenario scenario;
-  Reader reader(overrides.empty() ? tree : root, "", source, overrides, units, places);
+  TreeReader reader(overrides.empty() ? tree : root, "", source, overrides, units, places);
   describe(reader, scenario);
   reader.finish();
   try {

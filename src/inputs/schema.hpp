@@ -30,6 +30,8 @@ struct Range {
   }
 };
 
+inline std::string number_text(double v) { return v == kInfinity ? ".inf" : fmt::format("{}", v); }
+
 inline Range any() { return {}; }
 inline Range above(double min) { return {min, kInfinity, true, false}; }
 inline Range at_least(double min) { return {min, kInfinity, false, false}; }

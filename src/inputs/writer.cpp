@@ -11,8 +11,6 @@ namespace train_derail::inputs {
 
 namespace {
 
-std::string number_text(double v) { return v == kInfinity ? ".inf" : fmt::format("{}", v); }
-
 class Writer {
  public:
   Writer(std::string& out, UnitSystem& units, std::string indent, std::string first_indent)

@@ -2,6 +2,9 @@
 
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/outcome/monitor.hpp"
@@ -63,7 +66,13 @@ struct Simulation::Impl {
     // Cars that start at or past the point of derailment have derailed.
     const auto q = model::motion(state.data(), model.car_count());
     for (Eigen::Index k = 0; k < model.car_count(); ++k) {
-      if (q(k, model::X) >= 0.0) model.derail(k);
+      if (q(k, model::X) >= 0.0) {
+        model.derail(k);
+      } else if (scenario.ground.on_track_law == inputs::OnTrackLaw::guided &&
+                 (q(k, model::Y) != 0.0 || q(k, model::THETA) != 0.0 || q(k, model::VY) != 0.0 || q(k, model::OMEGA) != 0.0)) {
+        throw std::invalid_argument(fmt::format("initial state: car {} is on the track, where the reading 'guided' wants "
+                                                "y, theta and their rates to be 0", k + 1));
+      }
     }
     integrator = solver::make_integrator(scenario.solver, system, 0.0, state);
   }

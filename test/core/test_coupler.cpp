@@ -204,8 +204,7 @@ TEST_P(TwoCars, PartAsTheyMetAndKeepTheEnergy) {
 }
 
 TEST_P(TwoCars, PeakIsFoundBetweenTheSteps) {
-  // At the default tolerance the steps are long against the contact: the peak is the motion's, not the largest at a
-  // step.
+  // At the default tolerance the steps are long against the contact: the peak is not at the end of a step.
   const Meeting m = meeting(GetParam());
   simulation::Simulation sim = meet(m, GetParam());
   double peak = 0.0;

@@ -186,16 +186,14 @@ TEST_P(Integrator, SimulationThatRunsOutOfStepsSaysSo) {
 }
 
 TEST_P(Integrator, CrossingOfThePointOfDerailmentIsLocated) {
-  // The second car, free of the first, rolls 30 m on on-track friction and crosses x = 0 at a time known in closed
-  // form.
+  // The second car, free of the first, slides 30 m on the track and crosses x = 0 at a time known in closed form.
   inputs::Scenario s = test::baseline(2);
   test::uncouple(s);
   s.solver.method = GetParam();
   test::set_tolerance(s, 1e-13);
   const double speed = 15.0, way = 30.0, e = s.ground.regularization_speed;
   const double a = s.ground.on_track_friction * inputs::kStandardGravity;
-  // Speed at the crossing: slide_distance(v) = slide_distance(15) - a way, by Newton's rule; its slope is sqrt(v^2 +
-  // e^2).
+  // Speed at the crossing: slide_distance(v) = slide_distance(15) - a way, by Newton's rule.
   double v = speed;
   for (int i = 0; i < 50; ++i)
     v -= (test::slide_distance(v, e) - test::slide_distance(speed, e) + a * way) / std::sqrt(v * v + e * e);

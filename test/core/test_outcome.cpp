@@ -102,8 +102,7 @@ TEST(CarsPastPod, CountsACarThatStartsPastIt) {
 }
 
 TEST(CarsOffTrack, AreThoseWithATruckSideways) {
-  // Half a foot at the front truck, D / 2 = 5.773 m ahead: at an angle of 0.0264 rad; the second car is turned by half
-  // of it.
+  // Half a foot at the front truck, D / 2 = 5.773 m ahead, is an angle of 0.0264 rad; the second car has half of it.
   inputs::Scenario s = free_cars(3, 1.0);
   const double angle = 0.0265;
   ASSERT_GT(0.5 * 0.62 * s.consist[0].length * std::sin(angle), s.outcome.off_track_threshold);
@@ -166,7 +165,7 @@ TEST(ClosingSpeed, OfACornerIncludesTheSpin) {
   inputs::Scenario s = free_cars(2, 0.0);
   s.outcome.sample_interval = 1e-3;
   const double length = s.consist[0].length, width = s.consist[0].width, spin = 2.0 * test::kPi;
-  s.stop.time_max = 1.0;                                                             // one turn
+  s.stop.time_max = 1.0;  // one turn
   const double radius = 0.5 * std::hypot(length, width), wall = 0.5 * length - 0.5;  // the end sweeps half a metre deep
   // First car spins about (100, 0); the second one's side faces it from x = 100 - wall.
   simulation::Simulation sim(s, test::state_of({CarMotion{100, 0, 0.5 * test::kPi, 0, 0, spin},

@@ -74,8 +74,7 @@ TEST(Regularization, DoesNotChangeTheOutcomeWithinADecade) {
   std::vector<Sample> samples;
   for (const double feet : {0.1, 0.3, 1.0}) samples.push_back(ensemble(feet * inputs::kFoot, off_track));
   // Twelve comparisons: 0.05 / 12 keeps the chance of a false alarm below one in twenty over the choice of seeds; these
-  // are fixed, so the test cannot flicker. With 20 runs a side it sees a shift of the medians by one standard
-  // deviation.
+  // are fixed, so the test cannot flicker. With 20 runs a side it sees a shift by about one standard deviation.
   const double level = 0.05 / 12.0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Sample& a = samples[i];

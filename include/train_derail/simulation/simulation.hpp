@@ -40,6 +40,7 @@ class Simulation {
   /// Throws inputs::InputError if the scenario is not valid.
   explicit Simulation(const inputs::Scenario& scenario);
   /// Starts from `initial` (layout of model/state.hpp) instead of the scenario's initial motion.
+  /// Throws std::invalid_argument if it lets a car on the track leave the rails of the reading `guided`.
   Simulation(const inputs::Scenario& scenario, const model::StateVector& initial);
   ~Simulation();
   Simulation(Simulation&&) noexcept;

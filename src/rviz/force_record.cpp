@@ -1,0 +1,62 @@
+#include "rviz/force_record.hpp"
+
+#include <algorithm>
+
+namespace train_derail::rviz_panel {
+
+namespace {
+
+double largest(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+}
+
+}  // namespace
+
+void ForceRecord::add(const CouplerForces& message) {
+  const std::size_t count = message.couplers.size();
+  // A node that was started again counts its runs from 1 again.
+  if (message.run_id != run_id || message.time < time || count != now.size()) {
+    *this = {};
+    run_id = message.run_id;
+    now.resize(count);
+    buff_peak.resize(count);
+    draft_peak.resize(count);
+  }
+  time = message.time;
+  Sample sample{time, 0.0, 0.0};
+  for (std::size_t i = 0; i < count; ++i) {
+    const double force = message.couplers[i].axial_force;
+    now[i] = force;
+    buff_peak[i] = std::max(buff_peak[i], force);
+    draft_peak[i] = std::max(draft_peak[i], -force);
+    sample.buff = std::max(sample.buff, force);
+    sample.draft = std::max(sample.draft, -force);
+  }
+  if (!history.empty() && time <= history.back().time + sample_width) {
+    history.back().buff = std::max(history.back().buff, sample.buff);
+    history.back().draft = std::max(history.back().draft, sample.draft);
+    return;
+  }
+  if (history.size() == kSamplesMax) join_pairs();
+  history.push_back(sample);
+}
+
+void ForceRecord::join_pairs() {
+  const double span = history.back().time - history.front().time;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < history.size(); i += 2, ++kept) {
+    Sample joined = history[i];
+    if (i + 1 < history.size()) {
+      joined.buff = std::max(joined.buff, history[i + 1].buff);
+      joined.draft = std::max(joined.draft, history[i + 1].draft);
+    }
+    history[kept] = joined;
+  }
+  history.resize(kept);
+  sample_width = span / static_cast<double>(kept);
+}
+
+double ForceRecord::buff_max() const { return largest(buff_peak); }
+double ForceRecord::draft_max() const { return largest(draft_peak); }
+
+}  // namespace train_derail::rviz_panel

@@ -1,0 +1,109 @@
+#!/usr/bin/python3
+"""The node as a process: refusals before anything is started, exit codes, signals."""
+
+import re
+import signal
+import subprocess
+import sys
+import unittest
+
+import roslib.packages
+import rospy
+import rosgraph
+import rostest
+import yaml
+
+from train_derail.msg import CarStates
+
+LIMIT = 30.0  # wall seconds for anything
+
+
+def start_node(name, parameters, scenario):
+    rospy.set_param('/' + name, parameters)
+    if scenario is not None:
+        rospy.set_param('/' + name + '/scenario', scenario)
+    program = roslib.packages.find_node('train_derail', 'train_derail_node')[0]
+    return subprocess.Popen([program, '__name:=' + name], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def changed(scenario, path, value):
+    """A copy of the scenario with one input changed."""
+    copy = yaml.safe_load(yaml.safe_dump(scenario))
+    place = copy
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    return copy
+
+
+class ProcessTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        with open(rospy.get_param('~scenario_file'), encoding='utf-8') as f:
+            cls.scenario = yaml.safe_load(f)
+
+    def test_bad_input_is_refused_before_anything_is_started(self):
+        good = self.scenario
+        cases = [
+            # parameters, scenario, what must be said
+            ({'rate': -1.0}, good, ['rate', '-1', '0.001 to 1000']),
+            ({'rate': float('nan')}, good, ['rate', 'nan', '0.001 to 1000']),
+            ({'rate': 'fast'}, good, ['rate', 'fast']),
+            ({'raet': 1.0}, good, ['raet', 'unknown', 'rate']),
+            ({'start_paused': 2}, good, ['start_paused', '2', 'true, false']),
+            ({'frame_prefix': '/a'}, good, ['frame_prefix', '/a']),
+            ({'overload_threshold': 7}, good, ['overload_threshold', '7', '0.01 to 1']),
+            ({'speed': 'fast'}, good, ['initial.speed', 'fast']),
+            ({'set': 'coupler.slack'}, good, ['coupler.slack']),
+            ({'set': 'coupler.slak=1'}, good, ['coupler.slak', 'slack']),
+            ({'rate': 1.0}, None, ['/scenario', 'not set']),
+            ({'rate': 1.0}, changed(good, ['consist', 0, 'count'], 0), ['consist[0].count', '0']),
+            ({'rate': 1.0}, changed(good, ['initial', 'speed'], '37 kg'), ['initial.speed', '37 kg']),
+            ({'rate': 1.0}, changed(good, ['initial', 'speed'], float('nan')), ['initial.speed', 'nan']),
+            ({'rate': 1.0}, changed(good, ['initial', 'sped'], 1), ['initial.sped']),
+        ]
+        nodes = []
+        for number, (parameters, scenario, said) in enumerate(cases):
+            nodes.append((start_node('bad_input_%d' % number, parameters, scenario), said))
+        for number, (node, said) in enumerate(nodes):
+            _, errors = node.communicate(timeout=LIMIT)
+            self.assertEqual(node.returncode, 2, errors)
+            for text in ['/bad_input_%d' % number] + said:
+                self.assertIn(text, errors)
+        published = rosgraph.Master('/test').getSystemState()[0]
+        self.assertEqual([t for t, _ in published if 'bad_input' in t], [])
+
+    def test_number_as_text_is_a_number(self):
+        scenario = changed(self.scenario, ['solver'], {'rtol': '1e-5', 'atol': 1.0e-6})
+        node = start_node('as_text', {'rate': '0', 'exit_when_done': True}, scenario)
+        _, errors = node.communicate(timeout=LIMIT)
+        self.assertEqual(node.returncode, 0, errors)
+
+    def test_exits_when_done_with_the_outcome(self):
+        node = start_node('done', {'rate': 0, 'exit_when_done': True}, self.scenario)
+        output, errors = node.communicate(timeout=LIMIT)
+        self.assertEqual(node.returncode, 0, errors)
+        self.assertRegex(output, r'(?m)^cars +12$')
+        self.assertIn('past the point of derailment', output)
+
+    def test_failed_integration_has_an_exit_code_of_its_own(self):
+        node = start_node('failing', {'rate': 0, 'exit_when_done': True, 'set': 'solver.steps_max=10'}, self.scenario)
+        _, errors = node.communicate(timeout=LIMIT)
+        self.assertEqual(node.returncode, 3, errors)
+        self.assertTrue(re.search('integration failed', errors), errors)
+
+    def test_interrupt_and_termination_end_it_cleanly(self):
+        for number, signal_sent in enumerate([signal.SIGINT, signal.SIGTERM]):
+            name = 'interrupted_%d' % number
+            node = start_node(name, {'rate': 0.1}, self.scenario)
+            message = rospy.wait_for_message('/%s/cars' % name, CarStates, timeout=LIMIT)
+            self.assertLess(message.time, 3.0)
+            node.send_signal(signal_sent)
+            _, errors = node.communicate(timeout=5.0)
+            self.assertEqual(node.returncode, 0, errors)
+
+
+if __name__ == '__main__':
+    rospy.init_node('test_ros_process')
+    rostest.rosrun('train_derail', 'test_ros_process', ProcessTest, sys.argv)
