@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "progress.hpp"
+#include "study_commands.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/writer.hpp"
@@ -103,7 +104,8 @@ int main(int argc, char** argv) {
       "  derail run config/baseline.yaml --set \"initial.speed=55.5 mph\"   the same, faster\n"
       "  derail run config/baseline.yaml --json - --csv states.csv        for programs: outcome, states over time\n"
       "  derail check my_train.yaml                                       what is understood, in SI, defaults filled in\n"
-      "  derail keys                                                      every key of a scenario file\n\n"
+      "  derail keys                                                      every key of a scenario file\n"
+      "  derail study config/studies/paper_sensitivity.yaml --out results  many runs: medians, ranges, tables\n\n"
       "A long train is chaotic: one run is one draw. Compare ensembles (initial.perturbation), not single runs.\n"
       "Exit codes: 0 done, 1 output could not be written, 2 something is wrong with the input, 3 integration failed.",
       "derail"};
@@ -125,6 +127,9 @@ int main(int argc, char** argv) {
   add_inputs(check_command);
   CLI::App* keys_command = app.add_subcommand("keys", "List every key: allowed values, default, meaning");
 
+  std::function<int()> study_command;
+  apps::add_study_commands(app, study_command);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -134,6 +139,7 @@ int main(int argc, char** argv) {
   try {
     if (*run_command) return run(a);
     if (*check_command) std::cout << inputs::to_yaml(read(a));
+    if (study_command) return study_command();
     if (*keys_command) std::cout << inputs::describe_keys();
     return kOk;
   } catch (const inputs::InputError& e) {

@@ -1,5 +1,8 @@
 #include "train_derail/inputs/keys.hpp"
 
+#include <charconv>
+#include <cstring>
+
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
 
@@ -11,21 +14,21 @@ class Collector {
  public:
   Collector(std::vector<KeyValue>& out, std::string prefix) : out_(out), prefix_(std::move(prefix)) {}
 
-  void text(const char* key, const std::string& value, const char* doc) { add(key, value, "", "", doc); }
+  void text(const char* key, const std::string& value, const char* doc) { add(key, value, "", "", false, doc); }
   void number(const char* key, double value, const Quantity& q, const char* doc) {
-    add(key, number_text(value), q.unit, q.shown, doc);
+    add(key, number_text(value), q.unit, q.shown, false, doc);
   }
   void number(const char* key, const std::optional<double>& value, const Quantity& q, const char* doc) {
     if (value) number(key, *value, q, doc);
   }
   template <class I>
   void integer(const char* key, I value, const Range&, bool, const char* doc) {
-    add(key, fmt::format("{}", value), "1", "", doc);
+    add(key, fmt::format("{}", value), "1", "", true, doc);
   }
   template <class E, class N>
   void choice(const char* key, E value, const N& names, const char* doc) {
     for (const auto& [name, choice] : names) {
-      if (choice == value) add(key, std::string(name), "", "", doc);
+      if (choice == value) add(key, std::string(name), "", "", false, doc);
     }
   }
   template <class G, class F>
@@ -42,14 +45,95 @@ class Collector {
   }
 
  private:
-  void add(const char* key, std::string value, const char* unit, const char* shown, const char* doc) {
-    out_.push_back({prefix_ + key, std::move(value), unit, shown, doc});
+  void add(const char* key, std::string value, const char* unit, const char* shown, bool whole, const char* doc) {
+    out_.push_back({prefix_ + key, std::move(value), unit, shown, whole, doc});
   }
   std::vector<KeyValue>& out_;
   const std::string prefix_;
 };
 
+/// Sets the one key it is looking for.
+class Setter {
+ public:
+  Setter(const Override& wanted, std::string prefix, bool& found) : wanted_(wanted), prefix_(std::move(prefix)), found_(found) {}
+
+  void text(const char* key, std::string& value, const char*) {
+    if (is(key)) value = wanted_.value;
+  }
+  template <class D>
+  void number(const char* key, D& value, const Quantity& q, const char*) {
+    if (!is(key)) return;
+    if (wanted_.value == ".inf") {
+      value = kInfinity;
+    } else {
+      double parsed = 0.0;
+      parse(parsed, "not a number", q.range.text(q.unit));
+      value = parsed;
+    }
+  }
+  template <class I>
+  void integer(const char* key, I& value, const Range& range, bool, const char*) {
+    if (is(key)) parse(value, "not a whole number", range.text("1"));
+  }
+  template <class E, class N>
+  void choice(const char* key, E& value, const N& names, const char*) {
+    if (!is(key)) return;
+    for (const auto& [name, choice] : names) {
+      if (name == wanted_.value) {
+        value = choice;
+        return;
+      }
+    }
+    throw InputError("scenario", wanted_.key, wanted_.value, "unknown choice", "");
+  }
+  template <class G, class F>
+  void group(const char* key, G& g, F describe_it, const char*) {
+    descend(prefix_ + key + ".", g, describe_it);
+  }
+  template <class G, class F>
+  void list(const char* key, std::vector<G>& items, F describe_it, const char*) {
+    for (std::size_t i = 0; i < items.size(); ++i) descend(fmt::format("{}{}[{}].", prefix_, key, i), items[i], describe_it);
+  }
+
+ private:
+  template <class G, class F>
+  void descend(const std::string& prefix, G& g, F describe_it) {
+    if (wanted_.key.compare(0, prefix.size(), prefix) != 0) return;
+    Setter child(wanted_, prefix, found_);
+    describe_it(child, g);
+  }
+  bool is(const char* key) {
+    const bool match = wanted_.key.size() == prefix_.size() + std::strlen(key) &&
+                       wanted_.key.compare(prefix_.size(), std::string::npos, key) == 0;
+    found_ = found_ || match;
+    return match;
+  }
+  template <class N>
+  void parse(N& value, const char* problem, const std::string& allowed) {
+    const std::string& text = wanted_.value;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) {
+      throw InputError("scenario", wanted_.key, text, problem, allowed);
+    }
+  }
+
+  const Override& wanted_;
+  const std::string prefix_;
+  bool& found_;
+};
+
 }  // namespace
+
+Scenario with_values(Scenario base, const std::vector<Override>& values) {
+  for (const Override& o : values) {
+    bool found = false;
+    Setter setter(o, "", found);
+    describe(setter, base);
+    if (!found) throw InputError("scenario", o.key, o.value, "unknown key", "");
+  }
+  validate(base);
+  return base;
+}
 
 std::vector<KeyValue> key_values(const Scenario& scenario) {
   std::vector<KeyValue> out;

@@ -119,16 +119,18 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
   return scenario;
 }
 
-Scenario read_scenario_file(const std::string& path, const std::vector<Override>& overrides) {
-  YAML::Node tree;
+YAML::Node load_file(const std::string& path) {
   try {
-    tree = YAML::LoadFile(path);
+    return YAML::LoadFile(path);
   } catch (const YAML::BadFile&) {
     throw InputError(path, "", "", "cannot be read", "");
   } catch (const YAML::ParserException& e) {
     throw InputError(located(path, e.mark), "", "", "not YAML: " + e.msg, "");
   }
-  return read_scenario(tree, path, overrides);
+}
+
+Scenario read_scenario_file(const std::string& path, const std::vector<Override>& overrides) {
+  return read_scenario(load_file(path), path, overrides);
 }
 
 }  // namespace train_derail::inputs

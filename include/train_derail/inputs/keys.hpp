@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/scenario.hpp"
 
 namespace train_derail::inputs {
@@ -14,6 +15,7 @@ struct KeyValue {
   std::string value;       // SI number, choice or text, as the reader takes it
   std::string unit;        // SI, UDUNITS notation; "1" if it has none, "" if it is not a number
   std::string shown_unit;  // the one people read; "" if the same
+  bool whole = false;      // counts and seeds: no fractions
   std::string meaning;
 };
 
@@ -22,5 +24,9 @@ std::vector<KeyValue> key_values(const Scenario& scenario);
 
 /// One of them. Throws InputError that names the keys there are.
 KeyValue key_value(const Scenario& scenario, const std::string& key);
+
+/// `base` with some inputs changed (values as KeyValue::value has them), validated. Much cheaper than reading a file anew.
+/// Throws InputError.
+Scenario with_values(Scenario base, const std::vector<Override>& values);
 
 }  // namespace train_derail::inputs

@@ -1,0 +1,118 @@
+#include "study_commands.hpp"
+
+#include <atomic>
+#include <charconv>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "progress.hpp"
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/study/runner.hpp"
+#include "train_derail/study/summary.hpp"
+
+namespace train_derail::apps {
+
+namespace {
+
+constexpr int kInterrupted = 130;
+
+std::atomic<bool> stop{false};  // written by the signal handler, hence here
+
+struct Arguments {
+  std::string file, out, shard;
+  std::vector<std::string> folders;
+  int jobs = 0;
+  bool resume = false, quiet = false;
+};
+
+study::Shard parse_shard(const std::string& text) {
+  study::Shard shard;
+  if (text.empty()) return shard;
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, shard.index);
+  const auto second = first.ptr != end && *first.ptr == '/' ? std::from_chars(first.ptr + 1, end, shard.count) : first;
+  if (second.ptr != end || shard.count < 1 || shard.index < 1 || shard.index > shard.count) {
+    throw inputs::InputError("command line", "--shard", text, "not a shard", "i/N with 1 <= i <= N");
+  }
+  return shard;
+}
+
+std::string folder_of(const Arguments& a) {
+  return a.out.empty() ? std::filesystem::path(a.file).stem().string() + ".results" : a.out;
+}
+
+int finish(const std::string& folder, const study::Study& study, std::int64_t failed, double wall_time, bool quiet) {
+  const std::int64_t runs = study::write_runs(folder, study);
+  study::write_summary(folder, study);
+  study::write_about(folder, study, runs, failed, wall_time);
+  const auto total = static_cast<std::int64_t>(study::points(study).size()) * study.replicates;
+  if (!quiet) {
+    std::cout << study.title << "\n"
+              << study::to_table(folder, study)
+              << fmt::format("{} of {} runs in {} (runs.csv, summary.csv, about.json){}\n", runs, total, folder,
+                             wall_time > 0.0 ? fmt::format(", {:.1f} s", wall_time) : "");
+  }
+  return 0;
+}
+
+int run(const Arguments& a) {
+  const study::Study study = study::read_study_file(a.file);
+  study::RunOptions options{folder_of(a), a.jobs, a.resume, parse_shard(a.shard)};
+  std::signal(SIGINT, [](int) { stop = true; });
+  std::signal(SIGTERM, [](int) { stop = true; });
+  study::RunReport report;
+  {
+    Progress progress(!a.quiet);
+    report = study::run_study(study, options, [&](const study::Progress& p) {
+      progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
+                      fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
+                                  p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
+    }, stop);
+  }
+  if (report.failed > 0) {
+    std::cerr << fmt::format("derail: {} of {} runs failed; their rows in runs.csv say why\n", report.failed, report.computed);
+  }
+  if (report.stopped) {
+    std::cerr << fmt::format("derail: stopped with {} runs on disk; --resume computes the rest\n", report.runs);
+    return kInterrupted;
+  }
+  if (options.shard.count > 1) {
+    if (!a.quiet) std::cout << fmt::format("shard {}: {} runs in {}; when all shards are there: derail merge\n", a.shard, report.runs, options.folder);
+    return 0;
+  }
+  return finish(options.folder, study, report.failed, report.wall_time, a.quiet);
+}
+
+int merge(const Arguments& a) {
+  const study::Study study = study::read_study_file(a.file);
+  study::gather(folder_of(a), a.folders, study);
+  return finish(folder_of(a), study, 0, 0.0, a.quiet);
+}
+
+}  // namespace
+
+void add_study_commands(CLI::App& app, std::function<int()>& command) {
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  const auto common = [&a](CLI::App* sub) {
+    sub->add_option("FILE", a.file, "Study, YAML (examples: config/studies)")->required();
+    sub->add_option("--out", a.out, "Folder of the results; default: the file's name with .results");
+    sub->add_flag("--quiet", a.quiet, "No progress and no table");
+  };
+  CLI::App* study_command = app.add_subcommand("study", "Run a study: many scenarios, on all cores, one row a run");
+  common(study_command);
+  study_command->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  study_command->add_flag("--resume", a.resume, "Compute only what the folder lacks");
+  study_command->add_option("--shard", a.shard, "Part i/N of the runs, for several machines; then derail merge");
+  study_command->callback([&command, arguments] { command = [arguments] { return run(*arguments); }; });
+  CLI::App* merge_command = app.add_subcommand("merge", "Put the shards of a study together");
+  common(merge_command);
+  merge_command->add_option("FOLDERS", a.folders, "Folders of shards; default: the shards that lie in --out");
+  merge_command->callback([&command, arguments] { command = [arguments] { return merge(*arguments); }; });
+}
+
+}  // namespace train_derail::apps

@@ -1,0 +1,208 @@
+#include "train_derail/study/study.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include <nlohmann/json.hpp>
+
+#include "inputs/tree_reader.hpp"
+#include "train_derail/inputs/keys.hpp"
+#include "train_derail/inputs/writer.hpp"
+#include "train_derail/outcome/quantities.hpp"
+
+namespace train_derail::study {
+
+namespace {
+
+using inputs::InputError;
+using inputs::Names;
+
+constexpr std::array<Names<Plan>, 5> kPlans{{{"one_at_a_time", Plan::one_at_a_time},
+                                             {"grid", Plan::grid},
+                                             {"latin_hypercube", Plan::latin_hypercube},
+                                             {"sobol", Plan::sobol},
+                                             {"saltelli", Plan::saltelli}}};
+constexpr std::array<Names<Distribution>, 3> kDistributions{{{"uniform", Distribution::uniform},
+                                                             {"log_uniform", Distribution::log_uniform},
+                                                             {"normal", Distribution::normal}}};
+
+/// A factor and a study as they stand in the file, before units are known.
+struct FactorEntry {
+  std::string key, label, low, high;
+  std::vector<std::string> values, scale;
+  Distribution distribution = Distribution::uniform;
+};
+struct StudyEntry {
+  std::string title, scenario;
+  std::vector<FactorEntry> factors;
+  Plan plan = Plan::one_at_a_time;
+  int samples = 0, replicates = 1;
+  inputs::Perturbation perturbation;
+  std::vector<std::string> outcomes;
+  std::int64_t seed = 1;
+};
+
+template <class V>
+void describe_study(V& v, StudyEntry& s) {
+  v.text("title", s.title, "One line for tables and pictures.");
+  v.text("scenario", s.scenario, "Base scenario, a path relative to this file.");
+  v.list("factors", s.factors, [](auto& w, FactorEntry& f) {
+    w.text("key", f.key, "Key of the scenario.");
+    w.text("label", f.label, "For pictures.");
+    w.texts("values", f.values, "Values of the plans one_at_a_time and grid.");
+    w.texts("scale", f.scale, "The same as multiples of the base value.");
+    w.choice("distribution", f.distribution, kDistributions, "Of the random plans.");
+    w.text("low", f.low, "Lower end; of normal the 5 % point.");
+    w.text("high", f.high, "Upper end; of normal the 95 % point.");
+  }, "Inputs that vary.");
+  v.choice("plan", s.plan, kPlans, "How points are chosen.");
+  v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
+  v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs a point.");
+  v.group("perturbation", s.perturbation, [](auto& w, auto& p) {
+    w.number("spacing", p.spacing, {"m", "ft", inputs::at_least(0)}, "See initial.perturbation of a scenario.");
+    w.number("yaw_rate", p.yaw_rate, {"1", "", inputs::at_least(0)}, "See initial.perturbation of a scenario.");
+  }, "Sizes; every run has a seed of its own.");
+  v.texts("outcomes", s.outcomes, "What is summarised and drawn.");
+  v.integer("seed", s.seed, inputs::between(0, 9007199254740992.0), false, "Of points and perturbations.");
+}
+
+bool random(Plan plan) { return plan != Plan::one_at_a_time && plan != Plan::grid; }
+
+/// `text` with its unit as the key's SI value: the scenario's own reader converts and checks it.
+std::string si_text(const YAML::Node& tree, const std::string& key, const std::string& text,
+                    const std::string& where) {
+  try {
+    return inputs::key_value(inputs::read_scenario(tree, where, {{key, text}}), key).value;
+  } catch (const InputError& e) {
+    throw InputError(where, e.key(), text, e.problem(), e.allowed());
+  }
+}
+
+Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::Scenario& base, const YAML::Node& tree,
+               const std::string& where) {
+  Factor f;
+  f.key = entry.key;
+  f.label = entry.label.empty() ? entry.key : entry.label;
+  f.distribution = entry.distribution;
+  const inputs::KeyValue now = [&] {
+    try {
+      return inputs::key_value(base, entry.key);
+    } catch (const InputError& e) {
+      throw InputError(where, "factors.key", entry.key, e.problem(), e.allowed());
+    }
+  }();
+  f.unit = now.unit;
+  f.shown_unit = now.shown_unit;
+  if (random(study.plan)) {
+    if (entry.low.empty() || entry.high.empty()) {
+      throw InputError(where, entry.key, "", "the plan needs low and high", "low: value, high: value");
+    }
+    if (now.unit.empty()) throw InputError(where, entry.key, now.value, "not a number, cannot be sampled", "a number");
+    f.low = std::stod(si_text(tree, entry.key, entry.low, where));
+    f.high = std::stod(si_text(tree, entry.key, entry.high, where));
+    if (!(f.low < f.high)) throw InputError(where, entry.key, entry.low, "low is not below high", "low < " + entry.high);
+    if (f.distribution == Distribution::log_uniform && f.low <= 0.0) {
+      throw InputError(where, entry.key, entry.low, "log_uniform needs a positive range", "low > 0");
+    }
+    return f;
+  }
+  if (entry.values.empty() == entry.scale.empty()) {
+    throw InputError(where, entry.key, "", "the plan needs either values or scale", "values: [...] or scale: [...]");
+  }
+  for (const std::string& text : entry.values) f.values.push_back(si_text(tree, entry.key, text, where));
+  inputs::UnitSystem units;
+  for (const std::string& text : entry.scale) {
+    if (now.unit.empty()) throw InputError(where, entry.key, now.value, "not a number, cannot be scaled", "values: [...]");
+    double scaled = 0.0;
+    try {
+      scaled = units.to_si(text, "1") * std::stod(now.value);
+    } catch (const std::invalid_argument& e) {
+      throw InputError(where, entry.key, text, e.what(), "a number");
+    }
+    const std::string number = now.whole ? fmt::format("{}", std::llround(scaled)) : fmt::format("{}", scaled);
+    f.values.push_back(si_text(tree, entry.key, number, where));
+  }
+  return f;
+}
+
+}  // namespace
+
+Study read_study_file(const std::string& path) {
+  const YAML::Node root = inputs::load_file(path);
+  inputs::UnitSystem units;
+  inputs::Places places;
+  const std::vector<inputs::Override> none;
+  StudyEntry entry;
+  inputs::TreeReader reader(root, "", path, none, units, places);
+  describe_study(reader, entry);
+  reader.finish();
+
+  const auto where = [&](const std::string& key) {
+    const auto place = places.find(key);
+    return place == places.end() ? path : place->second.where;
+  };
+  if (entry.scenario.empty()) throw InputError(path, "scenario", "", "missing", "a path relative to this file");
+  if (entry.factors.empty()) throw InputError(path, "factors", "", "no factors", "at least one");
+  if (entry.replicates < 1) throw InputError(where("replicates"), "replicates", fmt::format("{}", entry.replicates), "out of range", ">= 1");
+  if (random(entry.plan) && entry.samples < 1) {
+    throw InputError(where("samples"), "samples", fmt::format("{}", entry.samples), "the plan needs samples", ">= 1");
+  }
+
+  Study study;
+  study.base = inputs::read_scenario_file((std::filesystem::path(path).parent_path() / entry.scenario).string());
+  study.title = entry.title;
+  study.plan = entry.plan;
+  study.samples = entry.samples;
+  study.replicates = entry.replicates;
+  study.perturbation = entry.perturbation;
+  study.seed = entry.seed;
+  const YAML::Node tree = YAML::Load(inputs::to_yaml(study.base));
+  study.base = inputs::read_scenario(tree, path);  // now with every default spelt out
+  for (std::size_t i = 0; i < entry.factors.size(); ++i) {
+    study.factors.push_back(resolve(entry.factors[i], entry, study.base, tree, where(fmt::format("factors[{}].key", i))));
+  }
+  study.outcomes = entry.outcomes;
+  std::string known;
+  for (const auto& q : outcome::kQuantities) known += (known.empty() ? "" : ", ") + std::string(q.name);
+  if (study.outcomes.empty()) {
+    for (const auto& q : outcome::kQuantities) study.outcomes.emplace_back(q.name);
+  }
+  for (const std::string& name : study.outcomes) {
+    const bool found = std::any_of(outcome::kQuantities.begin(), outcome::kQuantities.end(),
+                                   [&](const auto& q) { return q.name == name; });
+    if (!found) throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
+  }
+  return study;
+}
+
+std::string to_json(const Study& s) {
+  nlohmann::ordered_json j;
+  j["title"] = s.title;
+  for (const auto& [name, plan] : kPlans) {
+    if (plan == s.plan) j["plan"] = name;
+  }
+  j["samples"] = s.samples;
+  j["replicates"] = s.replicates;
+  j["perturbation"] = {{"spacing", s.perturbation.spacing}, {"yaw_rate", s.perturbation.yaw_rate}};
+  j["seed"] = s.seed;
+  j["outcomes"] = s.outcomes;
+  for (const Factor& f : s.factors) {
+    nlohmann::ordered_json g{{"key", f.key}, {"label", f.label}, {"unit", f.unit}, {"shown_unit", f.shown_unit}};
+    if (random(s.plan)) {
+      for (const auto& [name, distribution] : kDistributions) {
+        if (distribution == f.distribution) g["distribution"] = name;
+      }
+      g["low"] = f.low;
+      g["high"] = f.high;
+    } else {
+      g["values"] = f.values;
+    }
+    j["factors"].push_back(g);
+  }
+  for (const inputs::KeyValue& v : inputs::key_values(s.base)) j["scenario"][v.key] = v.value;
+  return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace train_derail::study
