@@ -1,0 +1,319 @@
+// Studies: points, seeds, statistics against closed forms, and results that survive threads, kills and shards.
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "fixtures.hpp"
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/keys.hpp"
+#include "train_derail/study/journal.hpp"
+#include "train_derail/study/runner.hpp"
+#include "train_derail/study/statistics.hpp"
+#include "train_derail/study/study.hpp"
+#include "train_derail/study/summary.hpp"
+
+namespace train_derail {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kSource = TRAIN_DERAIL_SOURCE_DIR;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class StudyTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "derail_study_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    write("scenario.yaml",
+          "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\n"
+          "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 2 s}\n");
+    write("study.yaml", kStudy);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
+  study::Study read(const std::string& name = "study.yaml") { return study::read_study_file((folder_ / name).string()); }
+  std::string error_of(const std::string& text) {
+    write("wrong.yaml", text);
+    try {
+      read("wrong.yaml");
+    } catch (const inputs::InputError& e) {
+      return std::string(e.what()).substr((folder_ / "wrong.yaml").string().size());
+    }
+    return "no error";
+  }
+  study::RunReport run(const study::Study& s, const std::string& out, int jobs, bool resume = false, study::Shard shard = {}) {
+    const std::atomic<bool> stop{false};
+    return study::run_study(s, {(folder_ / out).string(), jobs, resume, shard}, [](const study::Progress&) {}, stop);
+  }
+  std::string runs_csv(const study::Study& s, const std::string& out) {
+    study::write_runs((folder_ / out).string(), s);
+    return text_of(folder_ / out / "runs.csv");
+  }
+  /// A child process computes the study and is killed once some runs are on disk.
+  void compute_and_kill(const study::Study& s, const std::string& out, std::size_t lines) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      const std::atomic<bool> stop{false};
+      study::run_study(s, {(folder_ / out).string(), 1, false, {}}, [](const study::Progress&) {}, stop);
+      _exit(0);
+    }
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    const auto on_disk = [&] {
+      const std::string text = text_of(folder_ / out / "journal.csv");
+      return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+    };
+    while (on_disk() < lines && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_GE(on_disk(), lines);
+  }
+
+  static constexpr const char* kStudy =
+      "title: test\nscenario: scenario.yaml\nplan: one_at_a_time\nfactors:\n"
+      "  - {key: initial.speed, scale: [0.5, 1.0, 1.5]}\n"
+      "  - {key: ground.off_track_friction, values: [0.3, 30 %, 0.7]}\n"
+      "replicates: 5\nperturbation: {spacing: 3 mm, yaw_rate: 0.01}\nseed: 7\n";
+  fs::path folder_;
+};
+
+TEST_F(StudyTest, OneAtATimeChangesOneFactorFromTheBase) {
+  const study::Study s = read();
+  const auto points = study::points(s);
+  ASSERT_EQ(points.size(), 1u + 2u + 3u);  // the scale 1.0 is the base
+  EXPECT_EQ(points[0].factor, -1);
+  EXPECT_DOUBLE_EQ(std::stod(points[1].values[0]), 10.0 * inputs::kMph);
+  EXPECT_EQ(points[1].values[1], points[0].values[1]);
+  EXPECT_DOUBLE_EQ(std::stod(points[4].values[1]), 0.3);
+  const study::Run run = study::run_of(s, 7);
+  EXPECT_EQ(run.point, 1);
+  EXPECT_EQ(run.replicate, 2);
+  const inputs::Scenario scenario = study::scenario_of(s, points[1], run);
+  EXPECT_DOUBLE_EQ(scenario.initial.speed, 10.0 * inputs::kMph);
+  EXPECT_EQ(scenario.initial.perturbation.seed, run.seed);
+  EXPECT_DOUBLE_EQ(scenario.initial.perturbation.spacing, 0.003);
+}
+
+TEST_F(StudyTest, SeedsAreAllDifferentAndDependOnTheStudysSeed) {
+  study::Study s = read();
+  std::set<std::int64_t> seeds;
+  for (int i = 0; i < 10000; ++i) seeds.insert(study::run_of(s, i).seed);
+  EXPECT_EQ(seeds.size(), 10000u);
+  const auto before = study::run_of(s, 0).seed;
+  s.seed = 8;
+  EXPECT_NE(study::run_of(s, 0).seed, before);
+}
+
+TEST_F(StudyTest, RandomPlansFillTheirRanges) {
+  for (const char* plan : {"latin_hypercube", "sobol", "saltelli"}) {
+    write("random.yaml", std::string("scenario: scenario.yaml\nplan: ") + plan +
+                             "\nsamples: 64\nfactors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n"
+                             "  - {key: \"consist[0].count\", low: 2, high: 9}\n"
+                             "  - {key: coupler.stiffness, distribution: log_uniform, low: 1e6, high: 1e8}\n");
+    const study::Study s = read("random.yaml");
+    const auto points = study::points(s);
+    ASSERT_EQ(points.size(), std::string(plan) == "saltelli" ? 64u * 5u : 64u) << plan;
+    double mean = 0.0, mean_log = 0.0;
+    for (const auto& p : points) {
+      const double v = std::stod(p.values[0]), k = std::stod(p.values[2]);
+      EXPECT_GE(v, 10.0 * inputs::kMph);
+      EXPECT_LE(v, 20.0 * inputs::kMph);
+      EXPECT_EQ(p.values[1].find_first_not_of("0123456789"), std::string::npos) << "cars come whole";
+      mean += v / static_cast<double>(points.size());
+      mean_log += std::log10(k) / static_cast<double>(points.size());
+    }
+    EXPECT_NEAR(mean, 15.0 * inputs::kMph, 0.1) << plan;  // a stratified mean is far closer than 1/sqrt(64)
+    EXPECT_NEAR(mean_log, 7.0, 0.05) << plan;
+    if (std::string(plan) == "latin_hypercube") {
+      std::set<int> strata;
+      for (const auto& p : points) {
+        strata.insert(static_cast<int>((std::stod(p.values[0]) / inputs::kMph - 10.0) / 10.0 * 64.0));
+      }
+      EXPECT_EQ(strata.size(), 64u) << "one point a stratum";
+    }
+    EXPECT_EQ(study::points(s)[17].values, points[17].values) << "the same study, the same points";
+  }
+}
+
+TEST_F(StudyTest, MistakesAreNamed) {
+  const std::string head = "scenario: scenario.yaml\nfactors:\n";
+  EXPECT_EQ(error_of("scenario: scenario.yaml\n"), ":1: factors: missing; allowed: a list of groups");
+  EXPECT_EQ(error_of(head + "  - {key: initial.sped, scale: [1]}\n").substr(0, 60),
+            ":3: factors.key = 'initial.sped': unknown key, or it has no ");
+  EXPECT_EQ(error_of(head + "  - {key: initial.speed, scale: [-1]}\n"),
+            ":3: initial.speed = '-8.9408': out of range; allowed: >= 0 m/s");
+  EXPECT_EQ(error_of(head + "  - {key: initial.speed, values: [5 ft]}\n"),
+            ":3: initial.speed = '5 ft': wrong dimension: 'ft' cannot be converted to 'm/s'; allowed: >= 0 m/s (a number, or "
+            "with a unit as in \"1 mph\")");
+  EXPECT_EQ(error_of(head + "  - {key: initial.speed}\n"),
+            ":3: initial.speed: the plan needs either values or scale; allowed: values: [...] or scale: [...]");
+  EXPECT_EQ(error_of("plan: sobol\n" + head + "  - {key: initial.speed, low: 1, high: 2}\n"),
+            ": samples = '0': the plan needs samples; allowed: >= 1");
+  EXPECT_EQ(error_of("plan: sobol\nsamples: 4\n" + head + "  - {key: initial.speed, low: 2, high: 1}\n"),
+            ":5: initial.speed = '2': low is not below high; allowed: low < 1");
+  EXPECT_EQ(error_of("replicas: 4\n" + head + "  - {key: initial.speed, scale: [1]}\n").substr(0, 29),
+            ":1: replicas = '4': unknown k");
+  EXPECT_EQ(error_of("outcomes: [fun]\n" + head + "  - {key: initial.speed, scale: [1]}\n").substr(0, 37),
+            ":1: outcomes = 'fun': unknown outcome");
+}
+
+TEST_F(StudyTest, ResultsDoNotDependOnThreads) {
+  const study::Study s = read();
+  EXPECT_EQ(run(s, "one", 1).computed, 30);
+  EXPECT_EQ(run(s, "four", 4).computed, 30);
+  const std::string one = runs_csv(s, "one");
+  EXPECT_EQ(std::count(one.begin(), one.end(), '\n'), 31);
+  EXPECT_EQ(one, runs_csv(s, "four"));
+}
+
+TEST_F(StudyTest, AKilledStudyResumesToTheSameTable) {
+  const study::Study s = read();
+  compute_and_kill(s, "killed", 6);
+  // The worst that a kill can leave: half a line.
+  std::ofstream(folder_ / "killed" / "journal.csv", std::ios::app) << "29,5,4,123";
+  EXPECT_THROW(run(s, "killed", 2), std::runtime_error) << "not without --resume";
+  const study::RunReport report = run(s, "killed", 2, true);
+  EXPECT_LE(report.computed, 30 - 5);
+  EXPECT_EQ(report.runs, 30);
+  run(s, "whole", 2);
+  EXPECT_EQ(runs_csv(s, "killed"), runs_csv(s, "whole"));
+  EXPECT_EQ(run(s, "killed", 2, true).computed, 0) << "nothing is left to do";
+}
+
+TEST_F(StudyTest, AChangedStudyIsRefusedByNameOfTheChange) {
+  run(read(), "used", 2);
+  std::string changed = kStudy;
+  changed.replace(changed.find("0.7"), 3, "0.8");
+  write("changed.yaml", changed);
+  try {
+    run(read("changed.yaml"), "used", 2, true);
+    FAIL() << "not refused";
+  } catch (const std::runtime_error& e) {
+    EXPECT_NE(std::string(e.what()).find("factors/1/values/2: was \"0.7\", is now \"0.8\""), std::string::npos) << e.what();
+  }
+}
+
+TEST_F(StudyTest, ShardsTogetherAreTheWhole) {
+  const study::Study s = read();
+  run(s, "whole", 2);
+  std::int64_t sum = 0;
+  for (int i = 1; i <= 3; ++i) sum += run(s, "shard" + std::to_string(i), 1, false, {i, 3}).computed;
+  EXPECT_EQ(sum, 30);
+  study::gather((folder_ / "merged").string(),
+                {(folder_ / "shard1").string(), (folder_ / "shard2").string(), (folder_ / "shard3").string()}, s);
+  EXPECT_EQ(runs_csv(s, "merged"), runs_csv(s, "whole"));
+}
+
+TEST_F(StudyTest, FailedRunsStayWithTheirReason) {
+  write("failing.yaml", "scenario: scenario.yaml\nfactors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\n");
+  const study::Study s = read("failing.yaml");
+  const study::RunReport report = run(s, "failing", 2);
+  EXPECT_EQ(report.runs, 4);
+  EXPECT_EQ(report.failed, 2);
+  const std::string text = runs_csv(s, "failing");
+  EXPECT_NE(text.find("integration_failed,20,"), std::string::npos) << text;
+  EXPECT_NE(text.find("solver.steps_max = 20"), std::string::npos);
+  study::write_summary((folder_ / "failing").string(), s);
+  EXPECT_NE(text_of(folder_ / "failing" / "summary.csv").find(",0,2,nan"), std::string::npos) << "no mean of failed runs";
+}
+
+TEST_F(StudyTest, AJournalThatCannotBeWrittenIsSaidAndStaysWhole) {
+  const study::Study s = read();
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {  // a full disk, as far as this process can tell
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{6000, 6000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      run(s, "full", 1);
+    } catch (const std::runtime_error& e) {
+      _exit(std::string(e.what()).find("journal.csv: ") != std::string::npos ? 42 : 43);
+    }
+    _exit(44);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 42);
+  const std::string text = text_of(folder_ / "full" / "journal.csv");
+  ASSERT_FALSE(text.empty());
+  EXPECT_EQ(text.back(), '\n');
+  EXPECT_EQ(run(s, "full", 2, true).runs, 30) << "goes on when there is room again";
+}
+
+TEST(Statistics, QuantilesOfAKnownSample) {
+  std::vector<double> sample;
+  for (int i = 100; i >= 0; --i) sample.push_back(i);
+  const study::Spread s = study::spread(sample);
+  EXPECT_DOUBLE_EQ(s.q05, 5.0);
+  EXPECT_DOUBLE_EQ(s.median, 50.0);
+  EXPECT_DOUBLE_EQ(s.q95, 95.0);
+  EXPECT_DOUBLE_EQ(s.mean, 50.0);
+  EXPECT_NEAR(s.sd, std::sqrt(101.0 * 102.0 / 12.0), 1e-12);
+  EXPECT_DOUBLE_EQ(study::quantile({1.0, 2.0}, 0.25), 1.25);
+  EXPECT_TRUE(std::isnan(study::spread({}).median));
+  EXPECT_TRUE(std::isnan(study::spread({1.0}).sd));
+}
+
+// Ishigami's function, whose indices are known: S = (0.3139, 0.4424, 0), ST = (0.5576, 0.4424, 0.2437).
+TEST_F(StudyTest, SobolIndicesOfIshigami) {
+  write("ishigami.yaml",
+        "scenario: scenario.yaml\nplan: saltelli\nsamples: 4096\nfactors:\n"
+        "  - {key: initial.yaw_rate, low: -3.141592653589793, high: 3.141592653589793}\n"
+        "  - {key: ground.off_track_friction, low: 0, high: 6.283185307179586}\n"
+        "  - {key: ground.on_track_friction, low: 0, high: 6.283185307179586}\n");
+  const auto points = study::points(read("ishigami.yaml"));
+  const auto f = [](const study::Point& p) {
+    const double x1 = std::stod(p.values[0]), x2 = std::stod(p.values[1]) - test::kPi, x3 = std::stod(p.values[2]) - test::kPi;
+    return std::sin(x1) + 7.0 * std::pow(std::sin(x2), 2) + 0.1 * std::pow(x3, 4) * std::sin(x1);
+  };
+  std::vector<double> a, b;
+  std::vector<std::vector<double>> ab(3);
+  for (std::size_t s = 0; s < 4096; ++s) {
+    a.push_back(f(points[5 * s]));
+    b.push_back(f(points[5 * s + 1]));
+    for (std::size_t i = 0; i < 3; ++i) ab[i].push_back(f(points[5 * s + 2 + i]));
+  }
+  const auto indices = study::sobol_indices(a, b, ab);
+  const double first[] = {0.3139, 0.4424, 0.0}, total[] = {0.5576, 0.4424, 0.2437};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(indices[i].first, first[i], 0.02);
+    EXPECT_NEAR(indices[i].total, total[i], 0.02);
+    EXPECT_LE(indices[i].first_low, indices[i].first);
+    EXPECT_GE(indices[i].total_high, indices[i].total);
+  }
+}
+
+TEST(Studies, ThoseThatShipAreValid) {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(kSource + "/config/studies")) {
+    const study::Study s = study::read_study_file(entry.path().string());
+    EXPECT_GT(study::points(s).size(), 1u) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 4);
+}
+
+}  // namespace
+}  // namespace train_derail
