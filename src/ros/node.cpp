@@ -40,12 +40,13 @@ int run(::ros::NodeHandle& handle) {
 
 int run_node(int argc, char** argv) {
   ::ros::init(argc, argv, "train_derail", ::ros::init_options::NoSigintHandler);
+  // Outlives what may throw: with the last handle goes the console.
+  ::ros::NodeHandle handle("~");
+  // Not before: while the handle waits for a master, the default action is the right one.
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
   int code = kExitOther;
   try {
-    ::ros::NodeHandle handle("~");
-    // Not before: while it waits for a master, the default action is the right one.
-    std::signal(SIGINT, request_stop);
-    std::signal(SIGTERM, request_stop);
     code = run(handle);
   } catch (const inputs::InputError& e) {
     ROS_FATAL_NAMED("run", "%s", e.what());

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 #include <ros/param.h>
@@ -15,6 +14,9 @@ namespace {
 
 using inputs::InputError;
 using XmlRpc::XmlRpcValue;
+
+constexpr double kRateMin = 0.001, kRateMax = 1000.0;
+constexpr char kRateRange[] = "0 (as fast as the integrator goes), or 0.001 to 1000";
 
 std::string type_name(const XmlRpcValue& value) {
   switch (value.getType()) {
@@ -50,10 +52,11 @@ class ParameterReader {
  public:
   ParameterReader(const XmlRpcValue& tree, std::string where) : tree_(tree), where_(std::move(where)) {}
 
-  double number(const std::string& name, const std::string& unit, double fallback, double low, double high) {
+  double number(const std::string& name, const std::string& unit, double fallback, double low, double high,
+                std::string range = "") {
     const XmlRpcValue* value = find(name);
     if (value == nullptr) return fallback;
-    const std::string range = fmt::format("{} to {}{}", low, high, unit == "1" ? "" : " " + unit);
+    if (range.empty()) range = fmt::format("{} to {}{}", low, high, unit == "1" ? "" : " " + unit);
     double number = 0.0;
     switch (value->getType()) {
       case XmlRpcValue::TypeInt: number = static_cast<const int&>(*value); break;
@@ -178,16 +181,14 @@ YAML::Node to_yaml_tree(const XmlRpcValue& value, const std::string& name) {
 }
 
 void check_rate(double rate, const std::string& where) {
-  if (rate == 0.0 || (rate >= 0.001 && rate <= 1000.0)) return;
-  throw InputError(where, "rate", fmt::format("{}", rate), "out of range",
-                   "0 (as fast as the integrator goes), or 0.001 to 1000");
+  if (rate == 0.0 || (rate >= kRateMin && rate <= kRateMax)) return;
+  throw InputError(where, "rate", fmt::format("{}", rate), "out of range", kRateRange);
 }
 
 NodeParameters read_node_parameters(const XmlRpcValue& tree, const std::string& node_name) {
   ParameterReader reader(tree, node_name);
   NodeParameters p;
-  constexpr double kAny = std::numeric_limits<double>::infinity();
-  p.rate = reader.number("rate", "1", p.rate, -kAny, kAny);
+  p.rate = reader.number("rate", "1", p.rate, 0.0, kRateMax, kRateRange);
   check_rate(p.rate, node_name);
   p.start_paused = reader.flag("start_paused", p.start_paused);
   p.exit_when_done = reader.flag("exit_when_done", p.exit_when_done);
@@ -216,7 +217,7 @@ ScenarioSource read_scenario_source(const XmlRpcValue& tree, const std::string& 
     throw InputError(source.name, "", "", "parameter not set",
                      "a scenario, loaded by roslaunch train_derail sim.launch or `rosparam load FILE " + source.name + "`");
   }
-  source.tree = to_yaml_tree(*scenario, source.name);
+  source.tree = std::make_shared<const YAML::Node>(to_yaml_tree(*scenario, source.name));
   if (const std::string speed = reader.text("speed", ""); !speed.empty()) {
     source.add_overrides({"initial.speed=" + speed});
   }
@@ -238,7 +239,7 @@ XmlRpcValue fetch_parameters(const std::string& node_name) {
   return tree;
 }
 
-inputs::Scenario ScenarioSource::read() const { return inputs::read_scenario(YAML::Clone(tree), name, overrides); }
+inputs::Scenario ScenarioSource::read() const { return inputs::read_scenario(YAML::Clone(*tree), name, overrides); }
 
 void ScenarioSource::add_overrides(const std::vector<std::string>& texts) {
   for (const std::string& text : texts) {

@@ -20,7 +20,7 @@ Publishers::Publishers(::ros::NodeHandle& private_handle, const NodeParameters& 
       publish_clock_(parameters.publish_clock),
       publish_tf_(parameters.publish_tf),
       markers_every_(parameters.markers_every) {
-  if (publish_clock_) clock_ = private_handle.advertise<rosgraph_msgs::Clock>("/clock", kStreamQueue);
+  if (publish_clock_) clock_ = private_handle.advertise<rosgraph_msgs::Clock>("/clock", kStreamQueue, kLatch);
   if (publish_tf_) {
     tf_ = private_handle.advertise<tf2_msgs::TFMessage>("/tf", kStreamQueue, kLatch);
     tf_static_ = private_handle.advertise<tf2_msgs::TFMessage>("/tf_static", 1, kLatch);

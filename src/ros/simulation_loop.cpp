@@ -227,7 +227,7 @@ Answer SimulationLoop::restart(const RestartRequest& request) {
     next = {};
     next.name = "~restart";
     try {
-      next.tree = YAML::Load(request.scenario);
+      next.tree = std::make_shared<const YAML::Node>(YAML::Load(request.scenario));
     } catch (const YAML::Exception& e) {
       throw inputs::InputError(next.name, "", "", e.what(), "YAML");
     }

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "train_derail/inputs/units.hpp"
 #include "train_derail/outcome/quantities.hpp"
 #include "train_derail/study/statistics.hpp"
 
@@ -152,6 +153,24 @@ void write_sobol(const std::string& folder, const Study& study) {
   save(folder, "sobol.csv", text);
 }
 
+/// Titles and units of the numbers in runs.csv, so that pictures and reports need to know none of them.
+nlohmann::ordered_json columns(const Study& study) {
+  nlohmann::ordered_json j;
+  inputs::UnitSystem units;
+  for (const Factor& f : study.factors) {
+    const bool converted = !f.shown_unit.empty();
+    j[f.key] = {{"title", f.label},
+                {"unit", f.unit},
+                {"shown_unit", converted ? f.shown_unit : f.unit == "1" ? "" : f.unit},
+                {"per_shown", converted ? units.to_si("1 " + f.shown_unit, f.unit) : 1.0}};
+  }
+  for (const auto& q : outcome::kQuantities) {
+    j[std::string(q.name)] = {
+        {"title", q.title}, {"unit", q.unit}, {"shown_unit", q.shown_unit}, {"per_shown", q.per_shown}};
+  }
+  return j;
+}
+
 std::string cpu_model() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
@@ -177,6 +196,7 @@ void write_summary(const std::string& folder, const Study& study) {
 void write_about(const std::string& folder, const Study& study, std::int64_t runs, std::int64_t failed, double wall_time) {
   nlohmann::ordered_json j;
   j["study"] = nlohmann::ordered_json::parse(to_json(study));
+  j["columns"] = columns(study);
   j["version"] = TRAIN_DERAIL_VERSION;
   utsname name{};
   uname(&name);

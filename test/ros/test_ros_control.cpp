@@ -26,7 +26,7 @@ constexpr double kInterval = 0.02;
 std::string g_scenario_file;
 
 /// Enough work a point of the grid that a run lasts until it is stopped.
-const std::vector<std::string> kHeavy = {"consist[0].count=1000"};
+const std::vector<std::string> kHeavy = {"consist[0].count=1000", "stop.time_max=100"};
 
 class Control : public testing::Test {
  protected:
@@ -178,18 +178,22 @@ TEST_F(Control, PauseWaitResumeIsBitEqualToARunWithoutPause) {
 }
 
 TEST_F(Control, RateSetsThePace) {
-  const auto wall_time_of = [&](double from, double to) {
-    EXPECT_TRUE(wait_for_time(from));
+  const auto wall_time_to = [&](double t) {
     const auto start = std::chrono::steady_clock::now();
-    EXPECT_TRUE(wait_for_time(to));
+    EXPECT_TRUE(node.trigger("resume").success);
+    EXPECT_TRUE(wait_for_time(t));
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
-  ASSERT_TRUE(node.set_rate(2.0).success);
-  ASSERT_TRUE(node.trigger("resume").success);
-  EXPECT_NEAR(wall_time_of(0.2, 1.2), 0.5, 0.1);
-  ASSERT_TRUE(node.set_rate(0.5).success);
-  EXPECT_NEAR(wall_time_of(1.4, 1.7), 0.6, 0.1);
-  EXPECT_EQ(run_info.last().rate, 0.5);
+  // A busy machine may be late, but never early.
+  ASSERT_TRUE(node.set_rate(5.0).success);
+  const double quick = wall_time_to(1.5);
+  EXPECT_GE(quick, 1.5 / 5.0);
+  EXPECT_LT(quick, 1.4) << "rate 1 would take 1.5 s";
+
+  ASSERT_TRUE(node.trigger("pause").success);
+  ASSERT_TRUE(node.set_rate(0.25).success);
+  ASSERT_TRUE(wait_for([&] { return run_info.last().rate == 0.25; }));
+  EXPECT_GE(wall_time_to(run_info.last().time + 0.1), 0.1 / 0.25);
 }
 
 TEST_F(Control, RateRefusesWhatMakesNoSense) {
@@ -201,12 +205,16 @@ TEST_F(Control, RateRefusesWhatMakesNoSense) {
 }
 
 TEST_F(Control, SaysSoWhenItCannotKeepUp) {
-  ASSERT_TRUE(node.restart(kHeavy, false).success);
+  ASSERT_TRUE(node.restart(kHeavy, true).success);
   ASSERT_TRUE(node.set_rate(1000.0).success);
+  const std::size_t before = diagnostics.messages.size();
+  ASSERT_TRUE(node.trigger("resume").success);
   EXPECT_TRUE(wait_for([&] {
-    if (diagnostics.empty()) return false;
-    const DiagnosticStatus& s = diagnostics.last().status[0];
-    return s.level == DiagnosticStatus::WARN && s.message.find("cannot keep up") != std::string::npos;
+    for (std::size_t i = before; i < diagnostics.messages.size(); ++i) {
+      const DiagnosticStatus& s = diagnostics.messages[i].status[0];
+      if (s.level == DiagnosticStatus::WARN && s.message.find("cannot keep up") != std::string::npos) return true;
+    }
+    return false;
   }));
 }
 
@@ -294,6 +302,8 @@ TEST_F(Control, RefusedRestartLeavesTheRunUntouched) {
   EXPECT_EQ(run_info.last().run_id, run_id);
   ASSERT_EQ(cars_of(run_id).size(), 151U);
   expect_equal_to_simulation(cars_of(run_id), couplers_of(run_id), inputs::read_scenario_file(g_scenario_file));
+  const Restart::Response r = node.restart();
+  EXPECT_TRUE(r.success) << "nothing of what was refused is kept: " << r.message;
 }
 
 TEST_F(Control, RestartReadsTheParametersAgain) {
@@ -340,7 +350,7 @@ TEST_F(Control, PauseCutsStepsShortAndTheyAnswer) {
   stepping.join();
   expect_refused(answer.success, answer.message, {"cut short by ~pause"});
   EXPECT_GT(answer.ticks, 0U);
-  EXPECT_LT(answer.time, 3.0);
+  EXPECT_LT(answer.time, 100.0);
 }
 
 TEST_F(Control, FailedIntegrationIsAnOutcomeAndTheNodeLivesOn) {

@@ -152,7 +152,7 @@ void expect_refused(const std::string& xml, const std::string& key, const std::s
 
 TEST(Parameters, MistakesNameParameterValueAndRange) {
   expect_refused(member("rate", "<double>-1</double>"), "rate", "-1", "0.001 to 1000");
-  expect_refused(member("rate", "<double>nan</double>"), "rate", "nan", "");
+  expect_refused(member("rate", "<double>nan</double>"), "rate", "nan", "0.001 to 1000");
   expect_refused(member("rate", "<string>fast</string>"), "rate", "fast", "");
   expect_refused(member("rate", "<string>2 m</string>"), "rate", "2 m", "");
   expect_refused(member("start_paused", "<int>1</int>"), "start_paused", "1", "true, false");

@@ -154,6 +154,8 @@ TEST_F(Streams, LateListenerFindsTheTreeOfARunThatStandsStill) {
   }
   const auto t = buffer.lookupTransform("map", "car_012", ros::Time(0));
   EXPECT_EQ(t.transform.translation.x, cars->last().cars[11].x);
+  Record<rosgraph_msgs::Clock> late("/clock");
+  EXPECT_TRUE(wait_for([&] { return !late.empty() && late.last().clock == cars->last().header.stamp; }));
 }
 
 TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {

@@ -1,6 +1,7 @@
 // The node's inputs from the parameter server: its own parameters, and the scenario below them.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,8 @@ struct NodeParameters {
 
 /// Everything a scenario is made from, kept so that a later restart can change parts of it.
 struct ScenarioSource {
-  YAML::Node tree;
+  /// Shared and never changed: assigning to a YAML::Node would write through to every copy of it.
+  std::shared_ptr<const YAML::Node> tree;
   std::string name;                         // for errors
   std::vector<inputs::Override> overrides;  // later ones win
 

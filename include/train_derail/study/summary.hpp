@@ -10,7 +10,8 @@ namespace train_derail::study {
 /// for the plan saltelli, `sobol.csv`. Failed runs are counted, not averaged. Throws std::runtime_error.
 void write_summary(const std::string& folder, const Study& study);
 
-/// `about.json`: the study, version of the program, machine, runs and time. Throws std::runtime_error.
+/// `about.json`: the study, titles and units of the columns of runs.csv, version of the program, machine, runs and time.
+/// Throws std::runtime_error.
 void write_about(const std::string& folder, const Study& study, std::int64_t runs, std::int64_t failed, double wall_time);
 
 /// What people read after a study: medians and 5-95 % ranges in mph, kip, ft.

@@ -1,0 +1,147 @@
+"""Pictures of one run: the final layout to scale, coupler forces over car and time."""
+
+import numpy as np
+from matplotlib import pyplot
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import FuncNorm, LinearSegmentedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from derail_plots import style
+from derail_plots.run_data import FOOT, KIP
+
+OFF_TRACK = {'facecolor': '#56B4E9', 'edgecolor': 'black', 'linewidth': 0.5}
+ON_TRACK = {'facecolor': 'white', 'edgecolor': 'black', 'linewidth': 0.5}
+TRACK = {'color': '0.55', 'linewidth': 0.8, 'zorder': 0.5}
+DRAWN_LENGTH = 6.5  # inches of the page that the train has
+LEAST_HEIGHT = 0.45
+PEAKS = ({'color': style.COLOURS[0], 'marker': 'o'}, {'color': style.COLOURS[1], 'marker': 's', 'markerfacecolor': 'white'})
+CELLS = 700  # of the force map along time: what a page can show
+# From draft to buff; buff ends darker, so that the two can be told apart in grey as well.
+DIVERGING = LinearSegmentedColormap.from_list('force', ['#C14A00', '#F2A25C', '#FFFFFF', '#5BA3D0', '#00263F'])
+
+
+def _corners(states, lengths, widths, time):
+    """Cars as polygons in ft."""
+    c, s = np.cos(states.theta_rad[time]), np.sin(states.theta_rad[time])
+    along, across = 0.5 * lengths[:, None] * [1, 1, -1, -1], 0.5 * widths[:, None] * [1, -1, -1, 1]
+    x = states.x_m[time][:, None] + c[:, None] * along - s[:, None] * across
+    y = states.y_m[time][:, None] + s[:, None] * along + c[:, None] * across
+    return np.stack([x, y], axis=2) / FOOT
+
+
+def _window(corners, margin):
+    """Limits of x and y around some cars, and the height in inches that shows them to scale."""
+    x0, y0 = corners.reshape(-1, 2).min(axis=0) - margin
+    x1, y1 = corners.reshape(-1, 2).max(axis=0) + margin
+    wanted = max(y1 - y0, LEAST_HEIGHT / DRAWN_LENGTH * (x1 - x0))
+    middle = 0.5 * (y0 + y1)
+    return (x0, x1), (middle - 0.5 * wanted, middle + 0.5 * wanted), DRAWN_LENGTH * wanted / (x1 - x0)
+
+
+def _cars(ax, corners, off):
+    ax.axhline(0.0, **TRACK)
+    ax.axvline(0.0, color='black', linewidth=0.8, linestyle=style.DASHES[2], zorder=0.6)
+    for which, look in ((~off, ON_TRACK), (off, OFF_TRACK)):
+        ax.add_collection(PolyCollection(list(corners[which]), **look))
+    ax.set_aspect('equal')
+    ax.grid(False)
+
+
+def _numbers(ax, corners, count):
+    """Beside the cars, in a zigzag all towards the rear so that no two share a gap; every fifth if there are many."""
+    points_per_foot = 72.0 * DRAWN_LENGTH / np.ptp(ax.get_xlim())
+    for k in range(count) if count <= 20 else [0, *range(4, count, 5)]:
+        across = (corners[k][0] - corners[k][1]) * points_per_foot
+        if across[0] > 0.5 * across[1]:
+            across = -across
+        ax.annotate(str(k + 1), corners[k].mean(axis=0), xytext=across * (0.5 + 5.5 / np.hypot(*across)),
+                    textcoords='offset points', fontsize=7, ha='center', va='center', zorder=5)
+
+
+def layout(states, lengths, widths, note):
+    """The train at its last time: all of it, and the cars off the track larger; both to scale."""
+    corners = _corners(states, lengths, widths, -1)
+    off = states.off_track[-1] > 0
+    shown = np.flatnonzero(off)[-1] + 1 if off.any() else states.cars
+    margin = 0.4 * lengths.max() / FOOT
+    windows = [_window(corners, margin)]
+    if shown < states.cars:
+        windows.append(_window(corners[:shown], margin))
+    heights = [height for _, _, height in windows]
+    size = style.TWO_COLUMNS, sum(heights) + 0.32 * len(windows) + 0.6
+    figure, axes = pyplot.subplots(len(windows), 1, figsize=size, layout='constrained', squeeze=False,
+                                   gridspec_kw={'height_ratios': heights})
+    for ax, (x, y, _) in zip(axes[:, 0], windows):
+        _cars(ax, corners, off)
+        ax.set(xlim=x, ylim=y, ylabel='ft')
+        ax.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    axes[-1, 0].set_xlabel('along the track, from the point of derailment (ft)')
+    _numbers(axes[-1, 0], corners, shown)
+    style.legend(figure, [Patch(label='car off the track', **OFF_TRACK), Patch(label='car on the track', **ON_TRACK),
+                          Line2D([], [], color='black', linewidth=0.8, linestyle=style.DASHES[2],
+                                 label='point of derailment')], 3)
+    style.heading(figure, f'the train after {style.number(states.time[-1])} s, to scale',
+                  f'{off.sum()} of {states.cars} cars off the track{note}')
+    return figure
+
+
+def _pooled(values):
+    """At most CELLS rows: of each group of times the value with the largest magnitude, so that no peak is lost."""
+    step = -(-len(values) // CELLS)
+    groups = [values[i:i + step] for i in range(0, len(values), step)]
+    return np.array([np.take_along_axis(g, np.abs(g).argmax(axis=0)[None], axis=0)[0] for g in groups]), step
+
+
+def _first(flags, time):
+    """Per car the time at which a flag is first set; NaN if never."""
+    return np.where(flags.any(axis=0), time[flags.argmax(axis=0)], np.nan)
+
+
+def _map(ax, states, force):
+    pooled, step = _pooled(force)
+    edges = np.append(states.time[::step], states.time[-1])
+    peak = max(np.abs(force).max(), 1e-9)
+    norm = FuncNorm((lambda v: np.sign(v) * np.sqrt(np.abs(v)), lambda r: np.sign(r) * r * r), vmin=-peak, vmax=peak)
+    mesh = ax.pcolormesh(edges, np.arange(states.cars) + 0.5, pooled.T, cmap=DIVERGING, norm=norm, rasterized=True)
+    number = np.arange(1, states.cars + 1)
+    ax.plot(_first(states.off_track > 0, states.time), number, color='black', linewidth=0.9)
+    ax.plot(_first(states.past_pod > 0, states.time), number, color='black', linewidth=0.9, linestyle=style.DASHES[1])
+    ax.set(xlabel='time (s)', ylabel='coupler behind car', ylim=(states.cars - 0.5, 0.5), xlim=(edges[0], edges[-1]))
+    ax.grid(False)
+    return mesh, peak
+
+
+def _ticks(peak):
+    """Zero, a hundredth, a tenth (rounded) and the peak: the scale of colours is that of a square root."""
+    steps = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000, 10000) if 0.01 * peak < t < 0.75 * peak] + [peak]
+    return [-t for t in reversed(steps)] + [0.0] + steps
+
+
+def forces(states):
+    """None where nothing can be drawn: a single car, a single time."""
+    if states.cars < 2 or len(states.time) < 2:
+        return None
+    force = states.coupler_axial_N[:, :-1] / KIP
+    figure, (ax, side) = pyplot.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.6), layout='constrained', sharey=True,
+                                         gridspec_kw={'width_ratios': [3.2, 1.0]})
+    mesh, peak = _map(ax, states, force)
+    bar = figure.colorbar(mesh, ax=ax, label='axial force (kip); buff +, draft \N{MINUS SIGN}', pad=0.02, aspect=30,
+                          ticks=_ticks(peak))
+    bar.ax.yaxis.set_major_formatter(style.signed)
+    bar.ax.minorticks_off()
+    number = np.arange(1, states.cars)
+    for values, i in ((force.max(axis=0), 0), (-force.min(axis=0), 1)):
+        side.plot(np.maximum(values, 0.0), number, linestyle='none', markersize=3, **PEAKS[i])
+    side.set_xlabel('peak (kip)')
+    side.set_xlim(left=0.0)
+    side.tick_params(labelleft=False)
+    style.legend(figure, [Line2D([], [], color='black', linewidth=0.9, label='car leaves the track'),
+                          Line2D([], [], color='black', linewidth=0.9, linestyle=style.DASHES[1],
+                                 label='car passes the point of derailment'),
+                          Line2D([], [], linestyle='none', markersize=3, label='peak buff', **PEAKS[0]),
+                          Line2D([], [], linestyle='none', markersize=3, label='peak draft', **PEAKS[1])], 4)
+    buff, draft = style.number(max(force.max(), 0.0)), style.number(max(-force.min(), 0.0))
+    style.heading(figure, 'coupler forces', f'{states.cars} cars; on the output grid at most {buff} kip buff, {draft} kip draft')
+    return figure

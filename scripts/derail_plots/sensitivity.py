@@ -1,0 +1,102 @@
+"""Line charts of the plan one_at_a_time: change of an outcome over change of each input, as in the paper's figures 5 to 7."""
+
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from derail_plots import style
+from derail_plots.one_at_a_time import Scale, base_spread, detail, lines
+
+COLOUR = style.COLOURS[0]
+APART = 1.4  # % of the input by which points of different inputs are set apart sideways
+
+
+def _x_axis(ax, line):
+    base = f'(base: {line.factor.text(line.base_text)})'.replace(' ', '\N{NO-BREAK SPACE}')
+    ax.set_title(style.wrapped(f'{line.factor.title} {base}'))
+    if line.kind == 'choice':
+        ax.set_xticks([s.x for s in line.settings], [s.text for s in line.settings])
+        ax.margins(x=0.15)
+        return
+    if line.kind == 'change':
+        ax.xaxis.set_major_formatter(style.signed)
+    if len(line.settings) <= 5:
+        ax.set_xticks([s.x for s in line.settings])
+
+
+def _band(ax, line, scale):
+    xs = [s.x for s in line.known]
+    low, median, high = ([scale(getattr(s.spread, q)) for s in line.known] for q in ('low', 'median', 'high'))
+    if line.kind == 'choice':
+        ax.vlines(xs, low, high, color=COLOUR)
+        ax.plot(xs, median, color=COLOUR, marker='o', linestyle='none')
+        return
+    ax.fill_between(xs, low, high, color=COLOUR, alpha=0.25, linewidth=0.0)
+    for edge in (low, high):
+        ax.plot(xs, edge, color=COLOUR, linewidth=0.5)
+    ax.plot(xs, median, color=COLOUR, marker='o')
+
+
+def _base_band(ax, base, scale):
+    if base.known:
+        ax.axhspan(scale(base.low), scale(base.high), zorder=0.5, **style.BASE_BAND)
+        ax.axhline(scale(base.median), color=style.GREY, linewidth=0.6, zorder=0.6)
+
+
+def bands(study, outcome):
+    """One panel an input: median and 5-95 % band, and the base's own band for comparison."""
+    all_lines = lines(study, outcome)
+    base = base_spread(study, outcome)
+    scale = Scale(outcome, base)
+    alike = all(line.kind == 'change' for line in all_lines)
+    figure, axes = style.panels(len(all_lines), 3, style.TWO_COLUMNS, 1.9, x=alike, y=True)
+    for ax, line in zip(axes, all_lines):
+        _base_band(ax, base, scale)
+        _band(ax, line, scale)
+        _x_axis(ax, line)
+    for ax, line in list(zip(axes, all_lines))[-3 if alike else 0:]:
+        ax.set_xlabel({'change': 'change of the input (%)', 'value': line.factor.label, 'choice': ''}[line.kind])
+    style.side_label(figure, scale.label)
+    if scale.relative:
+        axes[0].yaxis.set_major_formatter(style.signed)
+    style.legend(figure, [Line2D([], [], color=COLOUR, marker='o', label='median'),
+                         Patch(facecolor=COLOUR, alpha=0.25, label='5\N{EN DASH}95 % of runs'),
+                         Patch(label='5\N{EN DASH}95 % of runs at the base', **style.BASE_BAND)], 3)
+    style.heading(figure, outcome.title, detail(study, outcome))
+    return figure
+
+
+def overview(study, outcome):
+    """All inputs in one panel; None if no input has a relative change."""
+    changes = [line for line in lines(study, outcome) if line.kind == 'change']
+    if not changes:
+        return None
+    base = base_spread(study, outcome)
+    scale = Scale(outcome, base)
+    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 2.9)
+    _base_band(ax, base, scale)
+    handles = []
+    for i, line in enumerate(changes):
+        look = style.series(i)
+        aside = (i - 0.5 * (len(changes) - 1)) * APART
+        xs = [0.0 if s.text == line.base_text else s.x + aside for s in line.known]
+        for x, s in zip(xs, line.known):
+            if s.text != line.base_text:
+                ax.vlines(x, scale(s.spread.low), scale(s.spread.high), color=look['color'], linewidth=0.8)
+        ax.plot(xs, [scale(s.spread.median) for s in line.known], **look)
+        handles.append(Line2D([], [], label=line.factor.title, **look))
+    if base.known:
+        ax.plot(0.0, scale(base.median), 'o', color='black', markersize=5, zorder=5)
+    ticks = sorted({round(s.x, 6) for line in changes for s in line.known})
+    if len(ticks) <= 7:
+        ax.set_xticks(ticks)
+    ax.set_xlabel('change of the input (%)')
+    ax.set_ylabel(style.wrapped(scale.label))
+    ax.xaxis.set_major_formatter(style.signed)
+    if scale.relative:
+        ax.yaxis.set_major_formatter(style.signed)
+    handles.append(Line2D([], [], color='black', linewidth=0.8, marker='|', linestyle='none', markersize=9,
+                          label='5\N{EN DASH}95 % of runs'))
+    handles.append(Patch(label='5\N{EN DASH}95 % at the base', **style.BASE_BAND))
+    style.legend(figure, handles, 2)
+    style.heading(figure, outcome.title, detail(study, outcome))
+    return figure

@@ -1,0 +1,161 @@
+#include "rviz/force_charts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <QEvent>
+#include <QGraphicsLayout>
+#include <QVBoxLayout>
+
+#include "rviz/look.hpp"
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::rviz_panel {
+
+namespace {
+
+using namespace QtCharts;
+
+constexpr double kKilonewtonPerKip = inputs::kKip / 1000.0;
+/// Of the force axis, so that noise in a quiet train does not fill the plot [kip].
+constexpr double kForceSpanMin = 20.0;
+constexpr qreal kDisabledOpacity = 0.35;
+constexpr qreal kFontScale = 0.8;
+
+/// 1, 2 or 5 times a power of ten: about `count` of them in `span`.
+double nice_interval(double span, int count) {
+  const double raw = span / count;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (raw <= factor * power) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+QValueAxis* make_axis(QChart* chart, Qt::Alignment side, const QString& title, const QFont& font) {
+  auto* axis = new QValueAxis(chart);
+  axis->setTickType(QValueAxis::TicksDynamic);
+  axis->setTickAnchor(0.0);
+  axis->setLabelFormat("%g");
+  axis->setLabelsFont(font);
+  axis->setTitleFont(font);
+  axis->setTitleText(title);
+  axis->setTitleVisible(!title.isEmpty());
+  chart->addAxis(axis, side);
+  return axis;
+}
+
+QString colored(const QString& text, const QColor& color) {
+  return QString("<span style='color:%1'>\u2501 %2</span>").arg(color.name(), text);
+}
+
+}  // namespace
+
+ForceChart::ForceChart(QWidget* parent) : QChartView(parent) {
+  QFont small = font();
+  small.setPointSizeF(kFontScale * small.pointSizeF());
+  QChart* const plot = chart();
+  plot->legend()->hide();
+  plot->setMargins(QMargins(0, 0, 0, 0));
+  plot->layout()->setContentsMargins(0, 0, 0, 0);
+  plot->setBackgroundRoundness(0.0);
+  plot->setBackgroundBrush(palette().base());
+  x_ = make_axis(plot, Qt::AlignBottom, {}, small);
+  kip_ = make_axis(plot, Qt::AlignLeft, tr("kip"), small);
+  kilonewton_ = make_axis(plot, Qt::AlignRight, tr("kN"), small);
+  kilonewton_->setGridLineVisible(false);
+  setRenderHint(QPainter::Antialiasing);
+  setFrameShape(QFrame::StyledPanel);
+  setMinimumHeight(5 * fontMetrics().height());
+  setMinimumWidth(200);
+  reset();
+}
+
+QLineSeries* ForceChart::add_line(const QColor& color, qreal width) {
+  auto* line = new QLineSeries(chart());
+  line->setPen(QPen(color, width));
+  chart()->addSeries(line);
+  line->attachAxis(x_);
+  line->attachAxis(kip_);
+  return line;
+}
+
+void ForceChart::reset() {
+  lowest_ = highest_ = 0.0;
+  set_ranges(0.0, 1.0, 0.0, 0.0);
+}
+
+void ForceChart::set_ranges(double x_min, double x_max, double force_min, double force_max) {
+  lowest_ = std::min(lowest_, force_min);
+  highest_ = std::max(highest_, force_max);
+  const double spare = 0.5 * std::max(0.0, kForceSpanMin - (highest_ - lowest_));
+  const double interval = nice_interval(highest_ - lowest_ + 2.0 * spare, 4);
+  const double low = std::min(std::floor((lowest_ - spare) / (0.5 * interval)) * 0.5 * interval, 0.0);
+  const double high = std::max(std::ceil((highest_ + spare) / (0.5 * interval)) * 0.5 * interval, 0.0);
+  kip_->setTickInterval(interval);
+  kip_->setRange(low, high);
+  kilonewton_->setTickInterval(nice_interval((high - low) * kKilonewtonPerKip, 4));
+  kilonewton_->setRange(low * kKilonewtonPerKip, high * kKilonewtonPerKip);
+  x_->setTickInterval(nice_interval(x_max - x_min, 7));
+  x_->setRange(x_min, x_max);
+  // Qt Charts does not always see that other labels need another width, and shows dots.
+  chart()->layout()->invalidate();
+}
+
+void ForceChart::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::EnabledChange) chart()->setOpacity(isEnabled() ? 1.0 : kDisabledOpacity);
+  QChartView::changeEvent(event);
+}
+
+ForceCharts::ForceCharts(QWidget* parent) : QWidget(parent) {
+  auto* column = new QVBoxLayout(this);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(2);
+  const QColor now = palette().color(QPalette::Text);
+  along_ = new ForceChart(this);
+  over_time_ = new ForceChart(this);
+  along_->setToolTip(tr("Axial force over the coupler's number, from the first car to derail: buff (compression) up, draft down."));
+  over_time_->setToolTip(tr("Largest buff (up) and draft (down) of all couplers at each time of this run."));
+  column->addWidget(make_caption(tr("Force along the train, by coupler") + "</b>&nbsp; " + colored(tr("now"), now) + "&nbsp; " +
+                                     colored(tr("peak buff"), buff_color()) + "&nbsp; " +
+                                     colored(tr("peak draft"), draft_color()), this));
+  column->addWidget(along_, 1);
+  column->addWidget(make_caption(tr("Largest force over time [s]") + "</b>&nbsp; " + colored(tr("buff"), buff_color()) +
+                                     "&nbsp; " + colored(tr("draft"), draft_color()), this));
+  column->addWidget(over_time_, 1);
+  buff_peak_ = along_->add_line(buff_color(), 1.2);
+  draft_peak_ = along_->add_line(draft_color(), 1.2);
+  now_ = along_->add_line(now, 1.6);
+  buff_ = over_time_->add_line(buff_color(), 1.2);
+  draft_ = over_time_->add_line(draft_color(), 1.2);
+}
+
+void ForceCharts::show_forces(const ForceRecord& forces) {
+  if (forces.run_id != run_id_) {
+    run_id_ = forces.run_id;
+    along_->reset();
+    over_time_->reset();
+  }
+  QVector<QPointF> now, buff_peak, draft_peak, buff, draft;
+  for (std::size_t i = 0; i < forces.now.size(); ++i) {
+    const auto number = static_cast<double>(i + 1);
+    now.append({number, forces.now[i] / inputs::kKip});
+    buff_peak.append({number, forces.buff_peak[i] / inputs::kKip});
+    draft_peak.append({number, -forces.draft_peak[i] / inputs::kKip});
+  }
+  for (const ForceRecord::Sample& sample : forces.history) {
+    buff.append({sample.time, sample.buff / inputs::kKip});
+    draft.append({sample.time, -sample.draft / inputs::kKip});
+  }
+  now_->replace(now);
+  buff_peak_->replace(buff_peak);
+  draft_peak_->replace(draft_peak);
+  buff_->replace(buff);
+  draft_->replace(draft);
+  const double highest = forces.buff_max() / inputs::kKip, lowest = -forces.draft_max() / inputs::kKip;
+  along_->set_ranges(1.0, std::max<double>(2.0, static_cast<double>(forces.now.size())), lowest, highest);
+  const double begin = forces.history.empty() ? 0.0 : forces.history.front().time;
+  over_time_->set_ranges(begin, std::max(begin + 1.0, forces.time), lowest, highest);
+}
+
+}  // namespace train_derail::rviz_panel

@@ -1,0 +1,45 @@
+// Colours and small marks that the parts of the panel share.
+#pragma once
+
+#include <QColor>
+#include <QLabel>
+#include <QPalette>
+#include <QString>
+#include <QWidget>
+
+namespace train_derail::rviz_panel {
+
+inline QColor error_color() { return {0xc0, 0x1c, 0x28}; }
+inline QColor good_color() { return {0x1a, 0x7f, 0x37}; }
+inline QColor waiting_color() { return {0x9a, 0x67, 0x00}; }
+inline QColor buff_color() { return {0xc0, 0x39, 0x2b}; }
+inline QColor draft_color() { return {0x1f, 0x6f, 0xb4}; }
+inline QColor now_color() { return {0x30, 0x30, 0x30}; }
+inline QColor quiet_color() { return {0x6a, 0x6a, 0x6a}; }
+
+inline void set_text_color(QWidget* widget, const QColor& color) {
+  QPalette palette = widget->palette();
+  palette.setColor(QPalette::Active, QPalette::WindowText, color);
+  palette.setColor(QPalette::Inactive, QPalette::WindowText, color);
+  widget->setPalette(palette);
+}
+
+/// What stands beside the main thing: the SI value, an explanation.
+inline void make_secondary(QLabel* label) { set_text_color(label, quiet_color()); }
+
+inline QLabel* make_caption(const QString& text, QWidget* parent) {
+  auto* label = new QLabel("<b>" + text + "</b>", parent);
+  label->setTextFormat(Qt::RichText);
+  return label;
+}
+
+inline void mark_wrong(QWidget* editor, bool wrong) {
+  QPalette palette;  // the application's
+  if (wrong) {
+    palette.setColor(QPalette::Base, {0xff, 0xe3, 0xe3});
+    palette.setColor(QPalette::Text, error_color());
+  }
+  editor->setPalette(palette);
+}
+
+}  // namespace train_derail::rviz_panel

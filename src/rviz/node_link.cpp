@@ -1,0 +1,266 @@
+#include "rviz/node_link.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <mutex>
+
+#include <ros/callback_queue.h>
+#include <ros/names.h>
+#include <ros/node_handle.h>
+#include <ros/service.h>
+#include <ros/spinner.h>
+#include <std_srvs/Trigger.h>
+
+#include "rviz/service_call.hpp"
+#include "train_derail/CarStates.h"
+#include "train_derail/Restart.h"
+#include "train_derail/SetRate.h"
+#include "train_derail/Step.h"
+
+namespace train_derail::rviz_panel {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;  // simulated time stands still while the node is paused
+
+constexpr std::chrono::milliseconds kProbePeriod(500);
+/// Probes that find the node while it sends nothing, before the panel subscribes anew: the master may be another one.
+constexpr int kSilentProbesMax = 6;
+/// Over how long the achieved rate is taken, and how close together its samples are, wall [s].
+constexpr double kRateWindow = 2.0;
+constexpr double kRateSpacing = 0.1;
+/// Peaks are not to be missed at rate 0.
+constexpr std::uint32_t kForcesQueue = 1000;
+
+double seconds_between(Clock::time_point a, Clock::time_point b) { return std::chrono::duration<double>(b - a).count(); }
+
+/// Simulated seconds per wall second over the last seconds.
+class RateMeter {
+ public:
+  void clear() { samples_.clear(); }
+  void add(Clock::time_point now, double time) {
+    if (!samples_.empty() && time < samples_.back().time) clear();
+    if (!samples_.empty() && seconds_between(samples_.back().wall, now) < kRateSpacing) return;
+    samples_.push_back({now, time});
+    while (samples_.size() > 2 && seconds_between(samples_.front().wall, now) > kRateWindow) samples_.pop_front();
+  }
+  std::optional<double> rate(Clock::time_point now) const {
+    if (samples_.size() < 2) return {};
+    const Sample &first = samples_.front(), &before = samples_[samples_.size() - 2], &last = samples_.back();
+    // A node that has fallen silent counts with the silence.
+    const double silence = seconds_between(last.wall, now);
+    const bool silent = silence > 3.0 * seconds_between(before.wall, last.wall);
+    const double wall = seconds_between(first.wall, last.wall) + (silent ? silence : 0.0);
+    if (wall < 3.0 * kRateSpacing) return {};
+    return (last.time - first.time) / wall;
+  }
+
+ private:
+  struct Sample {
+    Clock::time_point wall;
+    double time;
+  };
+  std::deque<Sample> samples_;
+};
+
+}  // namespace
+
+/// Shared with jobs that may outlive the link.
+struct NodeLink::Core {
+  // `data` and `rate` only.
+  mutable std::mutex mutex;
+  NodeView data;
+  RateMeter rate;
+
+  BreakableCalls service_calls;
+
+  // Probe thread only.
+  std::string subscribed_to;
+  int silent_probes = 0;
+
+  ::ros::CallbackQueue queue;
+  ::ros::NodeHandle handle;
+  std::mutex subscribers_mutex;
+  bool closed = false;
+  std::vector<::ros::Subscriber> subscribers;
+  ::ros::AsyncSpinner spinner{1, &queue};
+
+  Core() {
+    handle.setCallbackQueue(&queue);
+    spinner.start();
+  }
+
+  void set_node(const std::string& name) {
+    NodeView fresh;
+    if (name.empty()) fresh.name_error = "empty name";
+    else if (::ros::names::validate(name, fresh.name_error)) fresh.node = ::ros::names::resolve(name, false);
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      fresh.answer.number = data.answer.number;
+      data = fresh;
+      rate.clear();
+    }
+    service_calls.break_off();
+  }
+
+  void probe() {
+    const std::string node = current_node();
+    const bool present = !node.empty() && ::ros::ok() && ::ros::service::exists(node + "/get_inputs", false);
+    bool was_present = false;
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (node != data.node) return;  // changed meanwhile
+      was_present = data.present;
+      silent_probes = present && !data.run_info ? silent_probes + 1 : 0;
+    }
+    if (!present) service_calls.break_off();
+    const bool anew = present && (!was_present || node != subscribed_to || silent_probes >= kSilentProbesMax);
+    if (anew) subscribe(node);
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (node == data.node) data.present = present;
+  }
+
+  std::string current_node() const {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return data.node;
+  }
+
+  /// Drops the old subscriptions first: a node that has come back must send its latched messages again.
+  void subscribe(const std::string& node) {
+    const std::lock_guard<std::mutex> subscribers_lock(subscribers_mutex);
+    subscribers.clear();
+    if (closed) return;
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (node != data.node) return;
+      data.run_info.reset();
+      data.inputs.reset();
+      data.outcome.reset();
+      data.train = {};
+      data.forces = {};
+      rate.clear();
+    }
+    silent_probes = 0;
+    subscribed_to = node;
+    subscribers = {
+        handle.subscribe(node + "/run_info", 10, &Core::on_run_info, this),
+        handle.subscribe(node + "/inputs", 2, &Core::on_inputs, this),
+        handle.subscribe(node + "/outcome", 2, &Core::on_outcome, this),
+        handle.subscribe(node + "/cars", 2, &Core::on_cars, this),
+        handle.subscribe(node + "/couplers", kForcesQueue, &Core::on_couplers, this),
+    };
+  }
+
+  void close() {
+    service_calls.close();
+    {
+      const std::lock_guard<std::mutex> lock(subscribers_mutex);
+      closed = true;
+      subscribers.clear();
+    }
+    spinner.stop();
+  }
+
+  void on_run_info(const RunInfo::ConstPtr& message) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const bool was_running = data.run_info && data.run_info->state == RunInfo::RUNNING;
+    if (!was_running || message->state != RunInfo::RUNNING || message->rate != data.run_info->rate) rate.clear();
+    data.run_info = message;
+  }
+  void on_inputs(const Inputs::ConstPtr& message) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    data.inputs = message;
+  }
+  void on_outcome(const Outcome::ConstPtr& message) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    data.outcome = message;
+  }
+  void on_cars(const CarStates::ConstPtr& message) {
+    TrainNow train;
+    train.run_id = message->run_id;
+    train.time = message->time;
+    train.cars = static_cast<std::uint32_t>(message->cars.size());
+    for (const CarState& car : message->cars) {
+      train.past_pod += car.past_pod ? 1 : 0;
+      train.off_track += car.off_track ? 1 : 0;
+    }
+    if (!message->cars.empty()) train.speed_last = std::hypot(message->cars.back().vx, message->cars.back().vy);
+    const std::lock_guard<std::mutex> lock(mutex);
+    data.train = train;
+    rate.add(Clock::now(), train.time);
+  }
+  void on_couplers(const CouplerForces::ConstPtr& message) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    data.forces.add(*message);
+  }
+
+  void answered(const std::string& node, Answer answer) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (node != data.node) return;
+    data.pending.erase(answer.service);
+    answer.number = data.answer.number + 1;
+    data.answer = std::move(answer);
+  }
+};
+
+NodeLink::NodeLink(const std::string& node)
+    : core_(std::make_shared<Core>()), probe_([core = core_] { core->probe(); }, kProbePeriod) {
+  set_node(node);
+}
+
+NodeLink::~NodeLink() { core_->close(); }
+
+void NodeLink::set_node(const std::string& node) {
+  core_->set_node(node);
+  probe_.post([core = core_] { core->probe(); });
+}
+
+NodeView NodeLink::view() const {
+  const std::lock_guard<std::mutex> lock(core_->mutex);
+  NodeView view = core_->data;
+  if (view.run_info && view.run_info->state == RunInfo::RUNNING) view.achieved_rate = core_->rate.rate(Clock::now());
+  return view;
+}
+
+template <class Service>
+void NodeLink::call(Worker& worker, const std::string& service, const typename Service::Request& request) {
+  std::string node;
+  {
+    const std::lock_guard<std::mutex> lock(core_->mutex);
+    node = core_->data.node;
+    if (node.empty() || !core_->data.pending.insert(service).second) return;
+  }
+  worker.post([core = core_, node, service, request] {
+    if (node != core->current_node()) return;
+    typename Service::Response response;
+    const bool reached = core->service_calls.call<Service>(node + "/" + service, request, response);
+    Answer answer{0, service, reached && response.success, response.message};
+    if (!reached) answer.message = node + "/" + service + ": no answer";
+    core->answered(node, std::move(answer));
+  });
+}
+
+void NodeLink::resume() { call<std_srvs::Trigger>(calls_, "resume", {}); }
+void NodeLink::pause() { call<std_srvs::Trigger>(calls_, "pause", {}); }
+
+void NodeLink::step(std::uint32_t ticks) {
+  Step::Request request;
+  request.ticks = ticks;
+  call<Step>(steps_, "step", request);
+}
+
+void NodeLink::set_rate(double rate) {
+  SetRate::Request request;
+  request.rate = rate;
+  call<SetRate>(calls_, "set_rate", request);
+}
+
+void NodeLink::restart(const std::vector<std::string>& overrides, bool start_paused) {
+  Restart::Request request;
+  request.overrides = overrides;
+  request.start_paused = start_paused;
+  call<Restart>(calls_, "restart", request);
+}
+
+}  // namespace train_derail::rviz_panel

@@ -1,0 +1,79 @@
+// All that the panel has to do with ROS: what the node sends, and what it is asked for. Knows neither Qt nor RViz.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "rviz/force_record.hpp"
+#include "rviz/worker.hpp"
+#include "train_derail/Inputs.h"
+#include "train_derail/Outcome.h"
+#include "train_derail/RunInfo.h"
+
+namespace train_derail::rviz_panel {
+
+/// The cars at the last point of the grid.
+struct TrainNow {
+  std::uint32_t run_id = 0;  // 0: not known yet
+  double time = 0.0;         // simulated [s]
+  double speed_last = 0.0;   // of the last car [m/s]
+  std::uint32_t cars = 0, past_pod = 0, off_track = 0;
+};
+
+/// How the node has answered a service call.
+struct Answer {
+  std::uint64_t number = 0;  // counts answers from 1
+  std::string service;       // "restart"
+  bool success = false;
+  std::string message;       // the service's, verbatim; or that none came
+};
+
+/// What is known of the node at one instant.
+struct NodeView {
+  std::string node;       // resolved; empty if the name is not valid
+  std::string name_error; // then
+  bool present = false;   // its services can be reached
+  RunInfo::ConstPtr run_info;
+  Inputs::ConstPtr inputs;
+  Outcome::ConstPtr outcome;
+  TrainNow train;
+  ForceRecord forces;
+  std::optional<double> achieved_rate;  // simulated seconds per wall second, while running
+  std::set<std::string> pending;        // services that have not answered yet
+  Answer answer;                        // the last one; number 0: none
+};
+
+/// Finds the node, follows it when it goes and comes, and never makes the caller wait. All methods are for one thread;
+/// what they lead to happens on threads of its own.
+class NodeLink {
+ public:
+  explicit NodeLink(const std::string& node);
+  ~NodeLink();
+  NodeLink(const NodeLink&) = delete;
+  NodeLink& operator=(const NodeLink&) = delete;
+
+  /// Looks to another node; what was known is forgotten.
+  void set_node(const std::string& node);
+  NodeView view() const;
+
+  // The answers come by view().
+  void resume();
+  void pause();
+  void step(std::uint32_t ticks);
+  void set_rate(double rate);
+  void restart(const std::vector<std::string>& overrides, bool start_paused);
+
+ private:
+  struct Core;
+  template <class Service>
+  void call(Worker& worker, const std::string& service, const typename Service::Request& request);
+
+  std::shared_ptr<Core> core_;
+  Worker probe_, steps_, calls_;  // ~step may take its time: what may cut it short does not queue behind it
+};
+
+}  // namespace train_derail::rviz_panel

@@ -1,0 +1,101 @@
+#include "rviz/outcome_table.hpp"
+
+#include <algorithm>
+
+#include "rviz/look.hpp"
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::rviz_panel {
+
+namespace {
+
+const char* const kNothing = "\u2013";
+
+QString fixed(double value, int digits) { return QString::number(value, 'f', digits); }
+
+}  // namespace
+
+OutcomeTable::OutcomeTable(QWidget* parent) : QWidget(parent), grid_(new QGridLayout(this)) {
+  grid_->setContentsMargins(0, 0, 0, 0);
+  grid_->setHorizontalSpacing(6);
+  grid_->setVerticalSpacing(1);
+  grid_->setColumnStretch(1, 1);
+  grid_->setColumnStretch(2, 1);
+  derailed_ = add_row("derailed", "Derailed cars",
+                      "Cars whose centre of mass has passed the point of derailment; and cars of which a truck centre has "
+                      "been sideways by more than outcome.off_track_threshold.");
+  // Two counts, which have no other unit.
+  grid_->removeWidget(derailed_.si);
+  grid_->removeWidget(derailed_.value);
+  grid_->addWidget(derailed_.value, grid_->rowCount() - 1, 1, 1, 2);
+  speed_ = add_row("speed", "Speed, last car", "Of the last car of the train, now.");
+  buff_ = add_row("buff", "Peak buff", "Largest compression of a coupler in this run, and which coupler.");
+  draft_ = add_row("draft", "Peak draft", "Largest tension of a coupler in this run, and which coupler.");
+  closing_ = add_row("closing", "Closing speed", "Fastest first touch of two cars in this run, and which cars.");
+  pile_up_ = add_row("pile_up", "Pile-up", "Length along the track and width of the cars past the point or off the track.");
+  residual_ = add_row("residual", "Energy residual",
+                      "What is missing in the energy balance of this run, over the energy at its start.");
+}
+
+OutcomeTable::Row OutcomeTable::add_row(const char* name, const char* title, const char* meaning) {
+  const int line = grid_->rowCount();
+  auto* label = new QLabel(tr(title), this);
+  label->setToolTip(tr(meaning));
+  const Row row{new QLabel(kNothing, this), new QLabel(this)};
+  row.value->setObjectName(QString("outcome:") + name);
+  row.value->setToolTip(tr(meaning));
+  row.value->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  make_secondary(row.si);
+  grid_->addWidget(label, line, 0);
+  grid_->addWidget(row.value, line, 1);
+  grid_->addWidget(row.si, line, 2);
+  return row;
+}
+
+void OutcomeTable::show_outcome(const NodeView& view) {
+  const auto set = [](const Row& row, const QString& value, const QString& si) {
+    row.value->setText(value);
+    row.si->setText(si);
+  };
+  const TrainNow& train = view.train;
+  if (train.run_id == 0) {
+    set(derailed_, kNothing, {});
+    set(speed_, kNothing, {});
+  } else {
+    set(derailed_, tr("%1 past the point, %2 off the track, of %3").arg(train.past_pod).arg(train.off_track).arg(train.cars), {});
+    set(speed_, tr("%1 mph").arg(fixed(train.speed_last / inputs::kMph, 1)), tr("%1 m/s").arg(fixed(train.speed_last, 2)));
+  }
+  if (!view.outcome) {
+    for (const Row& row : {buff_, draft_, closing_, pile_up_, residual_}) set(row, kNothing, {});
+    return;
+  }
+  const Outcome& o = *view.outcome;
+  // The outcome comes seldom; between two of them the stream may already have a larger force.
+  const auto peak = [&](double known, std::uint32_t coupler, const std::vector<double>& seen) {
+    if (o.run_id == view.forces.run_id && !seen.empty()) {
+      const auto largest = std::max_element(seen.begin(), seen.end());
+      if (*largest > known) {
+        known = *largest;
+        coupler = static_cast<std::uint32_t>(largest - seen.begin()) + 1;
+      }
+    }
+    const QString where = coupler > 0 ? tr(" at %1").arg(coupler) : QString();
+    return std::pair(tr("%1 kip").arg(fixed(known / inputs::kKip, 0)) + where, tr("%1 kN").arg(fixed(known / 1000.0, 0)));
+  };
+  const auto buff = peak(o.coupler_buff_peak, o.coupler_buff_peak_coupler, view.forces.buff_peak);
+  const auto draft = peak(o.coupler_draft_peak, o.coupler_draft_peak_coupler, view.forces.draft_peak);
+  set(buff_, buff.first, buff.second);
+  set(draft_, draft.first, draft.second);
+  if (o.touches == 0) {
+    set(closing_, tr("no contact"), {});
+  } else {
+    set(closing_, tr("%1 mph, %2\u2013%3").arg(fixed(o.closing_speed_max / inputs::kMph, 1)).arg(o.closing_car_a).arg(o.closing_car_b),
+        tr("%1 m/s").arg(fixed(o.closing_speed_max, 2)));
+  }
+  const auto size = [](double length, double width) { return QString("%1 \u00d7 %2 ").arg(fixed(length, 0), fixed(width, 0)); };
+  set(pile_up_, size(o.pile_up_length / inputs::kFoot, o.pile_up_width / inputs::kFoot) + "ft",
+      size(o.pile_up_length, o.pile_up_width) + "m");
+  set(residual_, o.energy_residual == 0.0 ? QString("0") : QString::number(o.energy_residual, 'e', 1), {});
+}
+
+}  // namespace train_derail::rviz_panel

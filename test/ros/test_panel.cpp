@@ -1,0 +1,423 @@
+// The panel inside RViz on a virtual display, clicked and typed at, with a real node that comes, goes and freezes.
+#include <cstdio>
+#include <fstream>
+
+#include <QApplication>
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDir>
+#include <QElapsedTimer>
+#include <QLabel>
+#include <QLineEdit>
+#include <QPushButton>
+#include <QSpinBox>
+#include <QTemporaryDir>
+#include <QTest>
+#include <QTimer>
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <rviz/panel.h>
+#include <rviz/visualization_frame.h>
+#include <rviz/visualization_manager.h>
+#include <yaml-cpp/yaml.h>
+
+#include "child_process.hpp"
+#include "node_client.hpp"
+#include "train_derail/Inputs.h"
+
+namespace train_derail::test {
+namespace {
+
+constexpr double kMph = inputs::kMph;
+constexpr const char* kNode = "/train_derail";
+
+/// Lets RViz go on until `condition` holds; false after `limit` seconds of wall time.
+bool wait_in_rviz(const std::function<bool()>& condition, double limit = 40.0) {
+  QElapsedTimer elapsed;
+  elapsed.start();
+  QTimer wake;  // so that the loop turns even if nothing happens
+  wake.start(20);
+  while (!condition()) {
+    if (static_cast<double>(elapsed.elapsed()) > 1000.0 * limit) return false;
+    QApplication::processEvents(QEventLoop::WaitForMoreEvents);
+  }
+  return true;
+}
+
+void write_config(const std::string& path, const std::string& panel) {
+  std::ofstream(path) << "Panels:\n"
+                         "  - Class: train_derail/SimulationPanel\n"
+                         "    Name: Simulation\n"
+                      << panel
+                      << "Preferences:\n"
+                         "  PromptSaveOnExit: true\n"
+                         "Visualization Manager:\n"
+                         "  Displays:\n"
+                         "    - Class: rviz/Grid\n"
+                         "      Name: Grid\n"
+                         "  Global Options:\n"
+                         "    Fixed Frame: map\n"
+                         "Window Geometry:\n"
+                         "  Height: 880\n"
+                         "  Width: 1500\n";
+}
+
+class Panel : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(folder.isValid());
+    open_rviz("");
+  }
+  void TearDown() override { close_panel(); }
+
+  std::string file(const std::string& name) const { return (folder.path() + "/").toStdString() + name; }
+
+  /// RViz can be made but once in a process: a new configuration makes new panels.
+  void open_rviz(const std::string& panel) {
+    write_config(file("panel.rviz"), panel);
+    if (frame == nullptr) {
+      frame = new rviz::VisualizationFrame;
+      frame->setApp(qApp);
+      frame->setSplashPath("");
+      frame->initialize(QString::fromStdString(file("panel.rviz")));
+      frame->show();
+    } else {
+      frame->loadDisplayConfigHelper(file("panel.rviz"), true);
+    }
+    ASSERT_TRUE(wait_in_rviz([&] { return frame->isVisible() && frame->findChild<QLineEdit*>("node") != nullptr; }))
+        << "RViz has not loaded the panel";
+    ASSERT_TRUE(wait_in_rviz([&] { return !label("presence")->text().isEmpty(); }));
+  }
+  void close_panel() {
+    std::ofstream(file("empty.rviz")) << "Panels: []\nVisualization Manager:\n  Displays: []\n";
+    frame->loadDisplayConfigHelper(file("empty.rviz"), true);
+    ASSERT_EQ(frame->findChild<QLineEdit*>("node"), nullptr);
+  }
+
+  void start_node(const std::string& name = "train_derail") {
+    node_process.reset();
+    node_process = std::make_unique<ChildProcess>(std::vector<std::string>{TRAIN_DERAIL_NODE, "__name:=" + name});
+  }
+  /// A node whose inputs are shown.
+  void start_node_and_wait() {
+    start_node();
+    ASSERT_TRUE(wait_in_rviz([&] { return usable() && !edit("input:initial.speed")->text().isEmpty(); }))
+        << presence();
+  }
+
+  template <class Widget>
+  Widget* find(const char* name) const {
+    auto* widget = frame->findChild<Widget*>(name);
+    if (widget == nullptr) throw std::runtime_error(std::string("no widget ") + name);
+    return widget;
+  }
+  QLineEdit* edit(const char* name) const { return find<QLineEdit>(name); }
+  QPushButton* button(const char* name) const { return find<QPushButton>(name); }
+  QLabel* label(const char* name) const { return find<QLabel>(name); }
+
+  bool usable() const { return button("restart")->isEnabled(); }
+  std::string presence() const { return label("presence")->text().toStdString(); }
+  std::string state() const { return label("state")->text().toStdString(); }
+  std::string message() const { return label("message")->text().toStdString(); }
+  bool message_is_red() const {
+    const QColor color = label("message")->palette().color(QPalette::WindowText);
+    return color.red() > 150 && color.green() < 80 && color.blue() < 80;
+  }
+  bool is_wrong(const char* name) const {
+    return edit(name)->palette().color(QPalette::Base) != QApplication::palette().color(QPalette::Base);
+  }
+  bool differs(const char* name) const {
+    for (const QLabel* l : frame->findChildren<QLabel*>()) {
+      if (l->buddy() == edit(name)) return l->font().bold();
+    }
+    return false;
+  }
+
+  void type(const char* name, const char* text) const {
+    QLineEdit* e = edit(name);
+    QTest::mouseClick(e, Qt::LeftButton);
+    QTest::keyClick(e, Qt::Key_A, Qt::ControlModifier);
+    if (*text == '\0') QTest::keyClick(e, Qt::Key_Delete);
+    QTest::keyClicks(e, text);
+  }
+  void click(const char* name) const {
+    ASSERT_TRUE(wait_in_rviz([&] { return button(name)->isEnabled(); })) << name << " stays greyed out";
+    QTest::mouseClick(button(name), Qt::LeftButton);
+  }
+  bool wait_for_state(const std::string& text) const {
+    return wait_in_rviz([&] { return state().find(text) != std::string::npos; });
+  }
+  /// The longest time for which RViz has not served its event loop until `condition` held [s].
+  double longest_stall(const std::function<bool()>& condition) const {
+    QElapsedTimer since;
+    qint64 longest = 0;
+    QTimer beat;
+    QObject::connect(&beat, &QTimer::timeout, [&] { longest = std::max(longest, since.restart()); });
+    since.start();
+    beat.start(10);
+    EXPECT_TRUE(wait_in_rviz(condition));
+    return 0.001 * static_cast<double>(longest);
+  }
+
+  QTemporaryDir folder;
+  std::unique_ptr<ChildProcess> node_process;
+  static inline rviz::VisualizationFrame* frame = nullptr;
+  // Served by RViz, which spins the global queue.
+  Record<Inputs> inputs{"/train_derail/inputs"};
+  Record<CarStates> cars{"/train_derail/cars"};
+  Record<RunInfo> run_info{"/train_derail/run_info"};
+};
+
+TEST_F(Panel, WithoutANodeItIsGreyAndSaysSo) {
+  ASSERT_TRUE(wait_in_rviz([&] { return presence() == "No simulation at /train_derail. Waiting for it."; })) << presence();
+  for (const char* name : {"run", "pause", "step", "restart", "revert"}) EXPECT_FALSE(button(name)->isEnabled()) << name;
+  EXPECT_FALSE(edit("input:initial.speed")->isEnabled());
+  EXPECT_TRUE(edit("node")->isEnabled());
+}
+
+TEST_F(Panel, ShowsTheInputsOfTheRunWithUnitsRangesAndMeanings) {
+  start_node_and_wait();
+  EXPECT_FALSE(label("presence")->isVisible());
+  EXPECT_EQ(edit("input:initial.speed")->text(), "37 mph");
+  EXPECT_EQ(edit("input:initial.yaw_rate")->text(), "0.2 rad/s");
+  EXPECT_EQ(edit("input:consist[0].count")->text(), "12");
+  EXPECT_EQ(edit("input:consist[0].weight")->text(), "150 kip");
+  EXPECT_EQ(find<QComboBox>("input:ground.on_track_law")->currentText(), "isotropic");
+  EXPECT_EQ(find<QComboBox>("input:ground.on_track_law")->count(), 3);
+  const QString tip = edit("input:initial.speed")->toolTip();
+  for (const char* part : {"initial.speed", "forward along the track", "mph", "&gt;= 0 mph"}) {
+    EXPECT_TRUE(tip.contains(part)) << tip.toStdString() << " lacks " << part;
+  }
+  EXPECT_TRUE(wait_for_state("Run 1 paused")) << state();
+}
+
+TEST_F(Panel, RestartsWithAnotherSpeed) {
+  start_node_and_wait();
+  type("input:initial.speed", "50 mph");
+  EXPECT_TRUE(wait_in_rviz([&] { return differs("input:initial.speed"); }));
+  find<QCheckBox>("start_paused")->setChecked(true);
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && inputs.last().run_id == 2 && !cars.empty() && cars.last().run_id == 2; }));
+  EXPECT_DOUBLE_EQ(inputs.last().speed, 50 * kMph);
+  ASSERT_EQ(cars.last().time, 0.0);
+  for (const CarState& car : cars.last().cars) EXPECT_DOUBLE_EQ(car.vx, 50 * kMph);
+  EXPECT_TRUE(wait_in_rviz([&] { return !differs("input:initial.speed") && message() == "restart: run 2 waits, paused"; }))
+      << message();
+  EXPECT_FALSE(message_is_red());
+  EXPECT_EQ(edit("input:initial.speed")->text(), "50 mph");
+  EXPECT_TRUE(wait_in_rviz([&] { return label("outcome:speed")->text() == "50.0 mph"; }));
+}
+
+TEST_F(Panel, RestartsWithAllOfItsInputs) {
+  start_node_and_wait();
+  type("input:initial.speed", "20");
+  type("input:initial.yaw_rate", "-0.1");
+  type("input:consist[0].count", "9");
+  type("input:consist[0].weight", "100000 lbf");
+  type("input:ground.on_track_friction", "0.1");
+  type("input:ground.off_track_friction", "0.6");
+  type("input:coupler.slack", "2 inch");
+  auto* law = find<QComboBox>("input:ground.on_track_law");
+  law->setFocus();
+  QTest::keyClicks(law, "guided");
+  type("input:", "solver.method=bdf; initial.perturbation.seed = 7");
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && inputs.last().run_id == 2; })) << message();
+  const Inputs& now = inputs.last();
+  EXPECT_DOUBLE_EQ(now.speed, 20 * kMph) << "a bare number is in the unit that is shown";
+  EXPECT_EQ(now.yaw_rate, -0.1);
+  EXPECT_EQ(now.cars, 9U);
+  EXPECT_EQ(now.on_track_friction, 0.1);
+  EXPECT_EQ(now.off_track_friction, 0.6);
+  EXPECT_NEAR(now.coupler_slack, 0.0508, 1e-12);
+  EXPECT_EQ(now.on_track_law, "guided");
+  EXPECT_EQ(now.method, "bdf");
+  EXPECT_EQ(now.seed, 7);
+  EXPECT_NE(now.yaml.find("weight: 4448"), std::string::npos) << now.yaml;
+  EXPECT_TRUE(wait_for_state("Run 2 running")) << state();
+}
+
+TEST_F(Panel, InputsOutOfRangeAreMarkedAndNotSent) {
+  start_node_and_wait();
+  type("input:initial.speed", "-5 mph");
+  EXPECT_TRUE(wait_in_rviz([&] { return is_wrong("input:initial.speed"); }));
+  click("restart");
+  EXPECT_TRUE(wait_in_rviz([&] { return message().find("initial.speed") != std::string::npos; })) << message();
+  EXPECT_TRUE(message_is_red());
+  EXPECT_NE(message().find("allowed: >= 0 m/s"), std::string::npos) << message();
+  EXPECT_TRUE(edit("input:initial.speed")->toolTip().contains("out of range"));
+  click("revert");
+  EXPECT_EQ(edit("input:initial.speed")->text(), "37 mph");
+  EXPECT_FALSE(is_wrong("input:initial.speed"));
+  EXPECT_FALSE(differs("input:initial.speed"));
+  EXPECT_EQ(run_info.last().run_id, 1U);
+}
+
+TEST_F(Panel, ARefusedRestartShowsTheServicesWordsInRed) {
+  start_node_and_wait();
+  const Restart::Response refusal = NodeClient(kNode).restart({"coupler.slack=9 ft", "no.such_key=1"});
+  ASSERT_FALSE(refusal.success);
+  type("input:", "coupler.slack=9 ft; no.such_key=1");
+  click("restart");
+  EXPECT_TRUE(wait_in_rviz([&] { return message() == refusal.message; })) << message() << " instead of " << refusal.message;
+  EXPECT_TRUE(message_is_red());
+  EXPECT_TRUE(label("message")->isVisible());
+  EXPECT_EQ(run_info.last().run_id, 1U);
+}
+
+TEST_F(Panel, RunsPausesStepsAndSetsTheRate) {
+  start_node_and_wait();
+  ASSERT_TRUE(wait_for_state("paused"));
+  EXPECT_FALSE(button("pause")->isEnabled());
+  find<QSpinBox>("ticks")->setValue(3);
+  click("step");
+  ASSERT_TRUE(wait_in_rviz([&] { return !cars.empty() && std::abs(cars.last().time - 0.06) < 1e-9; }));
+  EXPECT_TRUE(wait_in_rviz([&] { return label("time")->text() == "0.06 s"; })) << label("time")->text().toStdString();
+
+  auto* rate = find<QComboBox>("rate");
+  rate->setFocus();
+  rate->lineEdit()->selectAll();
+  QTest::keyClicks(rate, "0.01\r");
+  ASSERT_TRUE(wait_in_rviz([&] { return !run_info.empty() && run_info.last().rate == 0.01; }));
+  click("run");
+  ASSERT_TRUE(wait_for_state("running"));
+  EXPECT_FALSE(button("run")->isEnabled());
+  EXPECT_FALSE(button("step")->isEnabled());
+  EXPECT_TRUE(wait_in_rviz([&] { return label("time")->text().contains("rate 0.01"); })) << label("time")->text().toStdString();
+  click("pause");
+  ASSERT_TRUE(wait_for_state("paused"));
+
+  rate->lineEdit()->selectAll();
+  QTest::keyClicks(rate, "-1\r");
+  EXPECT_TRUE(wait_in_rviz([&] { return message().find("0.001 to 1000") != std::string::npos; })) << message();
+  EXPECT_TRUE(message_is_red());
+  edit("node")->setFocus();
+  EXPECT_TRUE(wait_in_rviz([&] { return rate->currentText() == "0.01"; })) << "what was refused does not stay";
+}
+
+TEST_F(Panel, FollowsARunToItsEnd) {
+  start_node_and_wait();
+  ASSERT_TRUE(NodeClient(kNode).set_rate(0.0).success);
+  click("run");
+  ASSERT_TRUE(wait_for_state("Run 1 ended: time max")) << state();
+  Record<Outcome> outcome("/train_derail/outcome");
+  ASSERT_TRUE(wait_in_rviz([&] { return !outcome.empty() && outcome.last().ended == Outcome::TIME_MAX; }));
+  const Outcome& o = outcome.last();
+  const auto text = [&](const char* name) { return label(name)->text().toStdString(); };
+  EXPECT_TRUE(wait_in_rviz([&] {
+    return text("outcome:buff") == QString("%1 kip at %2").arg(o.coupler_buff_peak / inputs::kKip, 0, 'f', 0)
+                                       .arg(o.coupler_buff_peak_coupler).toStdString();
+  })) << text("outcome:buff");
+  EXPECT_EQ(text("outcome:derailed"), std::to_string(o.cars_past_pod) + " past the point, " +
+                                          std::to_string(o.cars_off_track) + " off the track, of 12");
+  EXPECT_EQ(text("outcome:residual"), QString::number(o.energy_residual, 'e', 1).toStdString());
+  EXPECT_FALSE(button("run")->isEnabled());
+  EXPECT_TRUE(button("restart")->isEnabled());
+}
+
+TEST_F(Panel, GreysOutWhenTheNodeIsKilledAndRecoversByItself) {
+  start_node_and_wait();
+  type("input:initial.speed", "44 mph");
+  click("restart");
+  ASSERT_TRUE(wait_for_state("Run 2"));
+  node_process->kill_now();
+  ASSERT_TRUE(wait_in_rviz([&] { return !usable(); }));
+  EXPECT_NE(presence().find("No simulation"), std::string::npos) << presence();
+  start_node();
+  ASSERT_TRUE(wait_in_rviz([&] { return usable() && state() == "Run 1 paused"; })) << presence() << ", " << state();
+  type("input:initial.speed", "55 mph");
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && std::abs(inputs.last().speed - 55 * kMph) < 1e-9; }));
+}
+
+TEST_F(Panel, ANodeThatAnswersNothingDoesNotStopRviz) {
+  start_node_and_wait();
+  node_process->send(SIGSTOP);
+  click("restart");
+  const auto begin = std::chrono::steady_clock::now();
+  const auto frames = frame->getManager()->getFrameCount();
+  EXPECT_LT(longest_stall([&] { return std::chrono::steady_clock::now() - begin > std::chrono::seconds(3); }), 1.0);
+  EXPECT_GT(frame->getManager()->getFrameCount(), frames + 10) << "RViz goes on drawing";
+  EXPECT_FALSE(button("restart")->isEnabled()) << "still under way";
+  node_process->send(SIGCONT);
+  EXPECT_TRUE(wait_for_state("Run 2")) << state();
+
+  // Nor does it keep the window from closing.
+  node_process->send(SIGSTOP);
+  click("restart");
+  const auto close_begin = std::chrono::steady_clock::now();
+  close_panel();
+  EXPECT_LT(std::chrono::steady_clock::now() - close_begin, std::chrono::seconds(15));
+}
+
+TEST_F(Panel, LooksToAnotherNodeAndRefusesWhatIsNoName) {
+  start_node_and_wait();
+  type("node", "/no where");
+  QTest::keyClick(edit("node"), Qt::Key_Return);
+  EXPECT_TRUE(wait_in_rviz([&] { return presence().find("Not a node's name") == 0; })) << presence();
+  EXPECT_FALSE(usable());
+  type("node", "/elsewhere");
+  QTest::keyClick(edit("node"), Qt::Key_Return);
+  EXPECT_TRUE(wait_in_rviz([&] { return presence() == "No simulation at /elsewhere. Waiting for it."; })) << presence();
+  type("node", "/train_derail");
+  QTest::keyClick(edit("node"), Qt::Key_Return);
+  EXPECT_TRUE(wait_in_rviz([&] { return usable(); })) << presence();
+}
+
+TEST_F(Panel, IsSavedAndLoadedWithTheConfiguration) {
+  start_node_and_wait();
+  // RViz counts no changes in the first second after loading.
+  ASSERT_TRUE(wait_in_rviz([&] {
+    find<QCheckBox>("start_paused")->click();
+    return frame->isWindowModified();
+  }));
+  ASSERT_TRUE(frame->saveDisplayConfig(QString::fromStdString(file("saved.rviz"))));
+  ASSERT_FALSE(frame->isWindowModified());
+  EXPECT_TRUE(NodeClient(kNode).restart({"initial.speed=30 mph"}).success);
+  EXPECT_TRUE(wait_in_rviz([&] { return edit("input:initial.speed")->text() == "30 mph"; }));
+  EXPECT_FALSE(frame->isWindowModified()) << "what the node does is nothing to save";
+  type("input:initial.speed", "61 mph");
+  type("input:", "solver.rtol=1.0e-6");
+  find<QSpinBox>("ticks")->setValue(25);
+  find<QCheckBox>("start_paused")->setChecked(true);
+  EXPECT_TRUE(frame->isWindowModified());
+  type("node", "/elsewhere");
+  QTest::keyClick(edit("node"), Qt::Key_Return);
+  ASSERT_TRUE(frame->saveDisplayConfig(QString::fromStdString(file("saved.rviz"))));
+  close_panel();
+
+  const YAML::Node panel = YAML::LoadFile(file("saved.rviz"))["Panels"][0];
+  EXPECT_EQ(panel["Class"].as<std::string>(), "train_derail/SimulationPanel");
+  EXPECT_EQ(panel["Node"].as<std::string>(), "/elsewhere");
+  EXPECT_EQ(panel["Inputs"]["initial.speed"].as<std::string>(), "61 mph");
+
+  open_rviz("    Node: /elsewhere\n");
+  frame->loadDisplayConfigHelper(file("saved.rviz"), true);
+  ASSERT_TRUE(wait_in_rviz([&] { return edit("node")->text() == "/elsewhere" && find<QSpinBox>("ticks")->value() == 25; }));
+  EXPECT_TRUE(find<QCheckBox>("start_paused")->isChecked());
+  EXPECT_EQ(edit("input:")->text(), "solver.rtol=1.0e-6");
+  EXPECT_EQ(edit("input:initial.speed")->text(), "61 mph");
+  type("node", "/train_derail");
+  QTest::keyClick(edit("node"), Qt::Key_Return);
+  ASSERT_TRUE(wait_in_rviz([&] { return usable() && differs("input:initial.speed"); }));
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && inputs.last().run_id == 3; }));
+  EXPECT_DOUBLE_EQ(inputs.last().speed, 61 * kMph);
+  EXPECT_EQ(inputs.last().rtol, 1.0e-6);
+}
+
+}  // namespace
+}  // namespace train_derail::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  const train_derail::test::VirtualDisplay display;
+  if (display.name().empty()) {
+    std::fputs("no virtual display: Xvfb is missing\n", stderr);
+    return 2;
+  }
+  ros::init(argc, argv, "test_panel", ros::init_options::NoSigintHandler);
+  const ros::NodeHandle keep_alive;
+  QApplication app(argc, argv);
+  return RUN_ALL_TESTS();
+}
