@@ -48,11 +48,11 @@ def curves(study, outcome):
             ax.set_title(style.wrapped('; '.join(f'{f.title}: {f.text(v)}' for f, v in zip(rest[1:], others))))
     for ax in style.lowest(axes, columns):
         ax.set_xlabel(first.label)
-    style.side_label(figure, outcome.label)
     handles = [Line2D([], [], label=f'{rest[0].title}: {rest[0].text(second)}' if rest else 'median',
                       **style.series(i)) for i, second in enumerate(seconds)]
     colour = style.COLOURS[0] if len(seconds) == 1 else '0.5'
     handles.append(Patch(facecolor=colour, alpha=0.22, label='5\N{EN DASH}95 % of runs'))
     style.legend(figure, handles, 2 if columns == 1 else 4)
+    style.side_label(figure, outcome.label)
     style.heading(figure, outcome.title, study.counted)
     return figure

@@ -48,7 +48,7 @@ class Scale:
     def __init__(self, outcome, base):
         self.relative = base.known and base.median != 0.0
         self.base = base
-        self.label = f'change of {outcome.title} (%)' if self.relative else outcome.label
+        self.label = f'change of {outcome.title}\N{NO-BREAK SPACE}(%)' if self.relative else outcome.label
 
     def __call__(self, value):
         return 100.0 * (value / self.base.median - 1.0) if self.relative else value

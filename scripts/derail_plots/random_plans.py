@@ -12,7 +12,7 @@ COLOUR = style.COLOURS[0]
 TREND = style.COLOURS[1]
 RASTER_ABOVE = 300  # dots of a scatter panel that are still drawn as vectors
 FIRST = {'facecolor': COLOUR, 'edgecolor': 'black', 'linewidth': 0.6}
-TOTAL = {'facecolor': '#FBD9B5', 'edgecolor': 'black', 'linewidth': 0.6, 'hatch': '.....'}
+TOTAL = {'facecolor': '#FBD9B5', 'edgecolor': 'black', 'linewidth': 0.6, 'hatch': '\\\\\\\\'}
 HEIGHT = 0.36
 
 
@@ -86,12 +86,12 @@ def scatter(study, outcome):
         ax.set_xlabel(factor.label)
         if factor.name in study.log_factors:
             style.logarithmic(ax)
-    style.side_label(figure, outcome.label)
     style.legend(figure, [Line2D([], [], color=COLOUR, marker='o', linestyle='none', markersize=2.2, label='a run'),
                          Line2D([], [], color=TREND, marker='s', markersize=3.5, markeredgecolor='black',
                                 markeredgewidth=0.5, label='median of runs with like input'),
                          Line2D([], [], color='black', linewidth=0.9, linestyle=style.DASHES[1],
                                 label='5 % and 95 % of these')], 3)
+    style.side_label(figure, outcome.label)
     style.heading(figure, outcome.title, study.counted)
     return figure
 

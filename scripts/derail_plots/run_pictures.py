@@ -16,6 +16,7 @@ ON_TRACK = {'facecolor': 'white', 'edgecolor': 'black', 'linewidth': 0.5}
 TRACK = {'color': '0.55', 'linewidth': 0.8, 'zorder': 0.5}
 DRAWN_LENGTH = 6.5  # inches of the page that the train has
 LEAST_HEIGHT = 0.45
+ROOM_FOR_NUMBERS = 0.5
 PEAKS = ({'color': style.COLOURS[0], 'marker': 'o'}, {'color': style.COLOURS[1], 'marker': 's', 'markerfacecolor': 'white'})
 CELLS = 700  # of the force map along time: what a page can show
 # From draft to buff; buff ends darker, so that the two can be told apart in grey as well.
@@ -33,11 +34,14 @@ def _corners(states, lengths, widths, time):
 
 def _window(corners, margin):
     """Limits of x and y around some cars, and the height in inches that shows them to scale."""
-    x0, y0 = corners.reshape(-1, 2).min(axis=0) - margin
-    x1, y1 = corners.reshape(-1, 2).max(axis=0) + margin
-    wanted = max(y1 - y0, LEAST_HEIGHT / DRAWN_LENGTH * (x1 - x0))
+    x0, y0 = corners.reshape(-1, 2).min(axis=0)
+    x1, y1 = corners.reshape(-1, 2).max(axis=0)
+    x0, x1 = x0 - margin, x1 + margin
+    feet_per_inch = (x1 - x0) / DRAWN_LENGTH
+    height = max((y1 - y0) / feet_per_inch + ROOM_FOR_NUMBERS, LEAST_HEIGHT)
+    reach = 0.5 * height * feet_per_inch
     middle = 0.5 * (y0 + y1)
-    return (x0, x1), (middle - 0.5 * wanted, middle + 0.5 * wanted), DRAWN_LENGTH * wanted / (x1 - x0)
+    return (x0, x1), (middle - reach, middle + reach), height
 
 
 def _cars(ax, corners, off):
@@ -65,7 +69,7 @@ def layout(states, lengths, widths, note):
     corners = _corners(states, lengths, widths, -1)
     off = states.off_track[-1] > 0
     shown = np.flatnonzero(off)[-1] + 1 if off.any() else states.cars
-    margin = 0.4 * lengths.max() / FOOT
+    margin = 0.3 * lengths.max() / FOOT
     windows = [_window(corners, margin)]
     if shown < states.cars:
         windows.append(_window(corners[:shown], margin))
@@ -109,6 +113,7 @@ def _map(ax, states, force):
     ax.plot(_first(states.off_track > 0, states.time), number, color='black', linewidth=0.9)
     ax.plot(_first(states.past_pod > 0, states.time), number, color='black', linewidth=0.9, linestyle=style.DASHES[1])
     ax.set(xlabel='time (s)', ylabel='coupler behind car', ylim=(states.cars - 0.5, 0.5), xlim=(edges[0], edges[-1]))
+    ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     ax.grid(False)
     return mesh, peak
 

@@ -55,12 +55,12 @@ def bands(study, outcome):
         _x_axis(ax, line)
     for ax, line in list(zip(axes, all_lines))[-3 if alike else 0:]:
         ax.set_xlabel({'change': 'change of the input (%)', 'value': line.factor.label, 'choice': ''}[line.kind])
-    style.side_label(figure, scale.label)
     if scale.relative:
         axes[0].yaxis.set_major_formatter(style.signed)
     style.legend(figure, [Line2D([], [], color=COLOUR, marker='o', label='median'),
                          Patch(facecolor=COLOUR, alpha=0.25, label='5\N{EN DASH}95 % of runs'),
                          Patch(label='5\N{EN DASH}95 % of runs at the base', **style.BASE_BAND)], 3)
+    style.side_label(figure, scale.label)
     style.heading(figure, outcome.title, detail(study, outcome))
     return figure
 

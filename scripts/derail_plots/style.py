@@ -12,8 +12,9 @@ from matplotlib.ticker import NullFormatter  # noqa: E402
 
 ONE_COLUMN = 3.5
 TWO_COLUMNS = 7.2
+HEADING_HEIGHT = 0.35
 GREY = '0.35'
-BASE_BAND = {'facecolor': 'none', 'edgecolor': '0.75', 'hatch': '/////', 'linewidth': 0.0}
+BASE_BAND = {'facecolor': 'none', 'edgecolor': '0.55', 'hatch': '/////', 'linewidth': 0.0}
 
 # Okabe and Ito's palette, told apart by people who do not see all colours; dark ones first.
 COLOURS = ('#0072B2', '#D55E00', '#000000', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
@@ -99,8 +100,11 @@ def wrapped(text, width=38):
 
 
 def side_label(figure, text):
-    """One label for the vertical axes of all panels, broken to fit beside them."""
-    figure.supylabel(wrapped(text, int(13.0 * figure.get_figheight())), fontsize=8, ma='center')
+    """One label for the vertical axes of all panels, broken to fit beside them; after the legend."""
+    _, below, _, _ = figure.get_layout_engine().get()['rect']
+    above = 1.0 - HEADING_HEIGHT / figure.get_figheight()
+    room = (above - below) * figure.get_figheight()
+    figure.supylabel(wrapped(text, int(15.0 * room)), y=0.5 * (above + below), fontsize=8, ma='center')
 
 
 def heading(figure, title, detail):

@@ -7,7 +7,7 @@ from derail_plots import style
 from derail_plots.one_at_a_time import base_spread, detail, lines
 
 HIGH = {'facecolor': style.COLOURS[0], 'edgecolor': 'black', 'linewidth': 0.6}
-LOW = {'facecolor': '#FBD9B5', 'edgecolor': 'black', 'linewidth': 0.6, 'hatch': '.....'}
+LOW = {'facecolor': '#FBD9B5', 'edgecolor': 'black', 'linewidth': 0.6, 'hatch': '\\\\\\\\'}
 HEIGHT = 0.36  # of a bar; an input has two
 
 

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <memory>
 
@@ -11,6 +12,7 @@
 
 #include "progress.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/study/report.hpp"
 #include "train_derail/study/runner.hpp"
 #include "train_derail/study/summary.hpp"
 
@@ -18,12 +20,12 @@ namespace train_derail::apps {
 
 namespace {
 
-constexpr int kInterrupted = 130;
+constexpr int kInputWrong = 2, kInterrupted = 130;
 
 std::atomic<bool> stop{false};  // written by the signal handler, hence here
 
 struct Arguments {
-  std::string file, out, shard;
+  std::string file, folder, out, shard;
   std::vector<std::string> folders;
   int jobs = 0;
   bool resume = false, quiet = false;
@@ -93,6 +95,23 @@ int merge(const Arguments& a) {
   return finish(folder_of(a), study, 0, 0.0, a.quiet);
 }
 
+int report(const Arguments& a) {
+  std::string page;
+  try {
+    page = study::to_html(a.folder);
+  } catch (const std::runtime_error& e) {
+    std::cerr << "derail: " << e.what() << "\n";
+    return kInputWrong;
+  }
+  const std::string path = a.out.empty() ? (std::filesystem::path(a.folder) / "report.html").string() : a.out;
+  std::ofstream file(path, std::ios::binary);
+  file << page;
+  file.close();
+  if (!file) throw std::runtime_error(path + ": cannot be written");
+  if (!a.quiet) std::cout << path << "\n";
+  return 0;
+}
+
 }  // namespace
 
 void add_study_commands(CLI::App& app, std::function<int()>& command) {
@@ -112,6 +131,11 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   CLI::App* merge_command = app.add_subcommand("merge", "Put the shards of a study together");
   common(merge_command);
   merge_command->add_option("FOLDERS", a.folders, "Folders of shards; default: the shards that lie in --out");
+  CLI::App* report_command = app.add_subcommand("report", "Write the results of a study as one self-contained page of HTML");
+  report_command->add_option("DIR", a.folder, "Folder of the results")->required();
+  report_command->add_option("--out", a.out, "File of the page; default: report.html in DIR");
+  report_command->add_flag("--quiet", a.quiet, "Do not say where it is");
+  report_command->callback([&command, arguments] { command = [arguments] { return report(*arguments); }; });
   merge_command->callback([&command, arguments] { command = [arguments] { return merge(*arguments); }; });
 }
 

@@ -42,8 +42,8 @@ void Diagnostics::report(WallTime now, const ::ros::Time& stamp, const Health& h
     status.message = "integration failed: " + o.message;
   } else if (health.lost_share > overload_threshold_) {
     status.level = DiagnosticStatus::WARN;
-    status.message = fmt::format("cannot keep up: rate {:.3g} instead of {:.3g}", health.achieved_rate.value_or(0.0),
-                                 health.rate);
+    status.message =
+        fmt::format("cannot keep up: rate {:.3g} instead of {:.3g}", health.achieved_rate.value_or(0.0), health.rate);
     if (now >= next_warning_) {
       ROS_WARN_STREAM_NAMED("pace", status.message);
       next_warning_ = now + wall_seconds(kWarningPeriod);

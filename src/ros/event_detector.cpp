@@ -18,9 +18,9 @@ std::string force_text(double f) {
 }
 
 std::string ended_text(const outcome::Outcome& outcome) {
-  std::string text = fmt::format("ended after {:.2f} s: {}; {} cars past the point of derailment, {} off the track",
-                                 outcome.stop_time, outcome::to_string(outcome.ended), outcome.cars_past_pod,
-                                 outcome.cars_off_track);
+  std::string text =
+      fmt::format("ended after {:.2f} s: {}; {} cars past the point of derailment, {} off the track", outcome.stop_time,
+                  outcome::to_string(outcome.ended), outcome.cars_past_pod, outcome.cars_off_track);
   return outcome.message.empty() ? text : text + ": " + outcome.message;
 }
 
@@ -55,9 +55,9 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
   const outcome::Closing& closing = outcome.closing_speed_max;
   if (outcome.touches > touches_ && (touches_ == 0 || closing.speed > fastest_)) {
     fastest_ = closing.speed;
-    found.push_back({Event::CONTACT, closing.time, closing.car_a, closing.car_b, 0, closing.speed,
-                     fmt::format("cars {} and {} touch, closing at {}", closing.car_a, closing.car_b,
-                                 speed_text(closing.speed))});
+    found.push_back(
+        {Event::CONTACT, closing.time, closing.car_a, closing.car_b, 0, closing.speed,
+         fmt::format("cars {} and {} touch, closing at {}", closing.car_a, closing.car_b, speed_text(closing.speed))});
   }
   touches_ = outcome.touches;
   if (last) {

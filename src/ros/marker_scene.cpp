@@ -38,7 +38,8 @@ constexpr double kRoofHeight = 4.0;
 constexpr double kTruckLength = 2.8, kTruckWidth = 2.4;
 constexpr double kBolsterLength = 0.5;  // stripe on the roof above a truck centre
 constexpr double kCouplerHeight = 0.9;
-constexpr double kDraftStripe = 2.0;    // the coupler's colour is carried on over the roofs' ends, or it would be too small
+constexpr double kDraftStripe =
+    2.0;  // the coupler's colour is carried on over the roofs' ends, or it would be too small
 constexpr double kForceFullColour = 2.0e6;  // N
 constexpr double kForcePerMetre = 7.0e4;    // of a bar [N/m]
 constexpr double kForceAxisY = 110.0;
@@ -92,14 +93,15 @@ Marker text(const std::string& ns, int id, double height) {
 /// A car's axes in the world, to place points given in its own.
 struct Place {
   double x, y, c, s;
-  explicit Place(const simulation::CarSnapshot& car) : x(car.x), y(car.y), c(std::cos(car.theta)), s(std::sin(car.theta)) {}
+  explicit Place(const simulation::CarSnapshot& car)
+      : x(car.x), y(car.y), c(std::cos(car.theta)), s(std::sin(car.theta)) {}
   geometry_msgs::Point at(double u, double v, double z) const { return point(x + c * u - s * v, y + s * u + c * v, z); }
 };
 
 using Points = std::vector<geometry_msgs::Point>;
 
-void add_quad(Points& points, const geometry_msgs::Point& a, const geometry_msgs::Point& b, const geometry_msgs::Point& c,
-              const geometry_msgs::Point& d) {
+void add_quad(Points& points, const geometry_msgs::Point& a, const geometry_msgs::Point& b,
+              const geometry_msgs::Point& c, const geometry_msgs::Point& d) {
   points.insert(points.end(), {a, b, c, a, c, d});
 }
 
@@ -120,7 +122,8 @@ void add_box(Points& points, const Place& place, double centre, double length, d
 std_msgs::ColorRGBA force_colour(double force) {
   const double share = std::sqrt(std::min(std::abs(force) / kForceFullColour, 1.0));
   const double fade = 0.85 * (1.0 - share);
-  return force >= 0.0 ? colour(0.85 + 0.15 * share, fade, fade) : colour(fade, fade + 0.25 * share, 0.85 + 0.15 * share);
+  return force >= 0.0 ? colour(0.85 + 0.15 * share, fade, fade)
+                      : colour(fade, fade + 0.25 * share, 0.85 + 0.15 * share);
 }
 
 std::string speed_text(double v) { return fmt::format("{:.1f} mph ({:.1f} m/s)", v / inputs::kMph, v); }

@@ -175,8 +175,8 @@ Event to_message(const Occurrence& o, const std_msgs::Header& header, std::uint3
   return m;
 }
 
-geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x, double y,
-                                               double yaw) {
+geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x,
+                                               double y, double yaw) {
   geometry_msgs::TransformStamped t;
   t.header = header;
   t.child_frame_id = child;

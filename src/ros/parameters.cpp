@@ -61,9 +61,7 @@ class ParameterReader {
     switch (value->getType()) {
       case XmlRpcValue::TypeInt: number = static_cast<const int&>(*value); break;
       case XmlRpcValue::TypeDouble: number = static_cast<const double&>(*value); break;
-      case XmlRpcValue::TypeString:
-        try {
-          number = units_.to_si(static_cast<const std::string&>(*value), unit);
+      case XmlRpcValue::TypeString: try { number = units_.to_si(static_cast<const std::string&>(*value), unit);
         } catch (const std::invalid_argument& e) {
           fail(name, *value, e.what(), range);
         }
@@ -98,7 +96,8 @@ class ParameterReader {
     const XmlRpcValue* value = find(name);
     if (value == nullptr) return fallback;
     if (value->getType() == XmlRpcValue::TypeDouble) return number_text(static_cast<const double&>(*value));
-    if (value->getType() == XmlRpcValue::TypeInt || value->getType() == XmlRpcValue::TypeString) return value_text(*value);
+    if (value->getType() == XmlRpcValue::TypeInt || value->getType() == XmlRpcValue::TypeString)
+      return value_text(*value);
     fail(name, *value, "must be text, not " + type_name(*value), "");
   }
 
@@ -214,8 +213,9 @@ ScenarioSource read_scenario_source(const XmlRpcValue& tree, const std::string& 
   source.name = node_name + "/scenario";
   const XmlRpcValue* scenario = reader.find("scenario");
   if (scenario == nullptr) {
-    throw InputError(source.name, "", "", "parameter not set",
-                     "a scenario, loaded by roslaunch train_derail sim.launch or `rosparam load FILE " + source.name + "`");
+    throw InputError(
+        source.name, "", "", "parameter not set",
+        "a scenario, loaded by roslaunch train_derail sim.launch or `rosparam load FILE " + source.name + "`");
   }
   source.tree = std::make_shared<const YAML::Node>(to_yaml_tree(*scenario, source.name));
   if (const std::string speed = reader.text("speed", ""); !speed.empty()) {

@@ -52,7 +52,8 @@ void Publishers::start_run(std::uint32_t run_id, const inputs::Scenario& scenari
   inputs_.publish(inputs_message_);
 }
 
-void Publishers::grid_point(const simulation::Snapshot& now, const outcome::Outcome& outcome, const ::ros::Time& stamp) {
+void Publishers::grid_point(const simulation::Snapshot& now, const outcome::Outcome& outcome,
+                            const ::ros::Time& stamp) {
   const std_msgs::Header h = header(stamp);
   pile_up_.update(now);
   if (publish_clock_) {
@@ -72,7 +73,8 @@ void Publishers::grid_point(const simulation::Snapshot& now, const outcome::Outc
   last_outcome_ = outcome;
   last_stamp_ = stamp;
   markers_sent_ = false;
-  if (markers_every_ > 0 && (markers_empty_ || (grid_points_ % markers_every_ == 0 && markers_.getNumSubscribers() > 0))) {
+  if (markers_every_ > 0 &&
+      (markers_empty_ || (grid_points_ % markers_every_ == 0 && markers_.getNumSubscribers() > 0))) {
     send_markers();
   }
   ++grid_points_;

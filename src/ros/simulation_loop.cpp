@@ -139,9 +139,10 @@ void SimulationLoop::end_run() {
   if (failed) {
     ROS_ERROR_NAMED("run", "run %u: integration failed at %s: %s", run_id_, at_time().c_str(), outcome.message.c_str());
   } else {
-    ROS_INFO_NAMED("run", "run %u: ended at %s (%s): %d cars past the point of derailment, %d off the track, peak force %.0f kip",
-                   run_id_, at_time().c_str(), outcome::to_string(outcome.ended), outcome.cars_past_pod,
-                   outcome.cars_off_track, outcome.coupler_force_peak() / inputs::kKip);
+    ROS_INFO_NAMED(
+        "run", "run %u: ended at %s (%s): %d cars past the point of derailment, %d off the track, peak force %.0f kip",
+        run_id_, at_time().c_str(), outcome::to_string(outcome.ended), outcome.cars_past_pod, outcome.cars_off_track,
+        outcome.coupler_force_peak() / inputs::kKip);
   }
 }
 

@@ -21,12 +21,12 @@ constexpr double kKilonewtonPerKip = inputs::kKip / 1000.0;
 constexpr double kForceSpanMin = 20.0;
 constexpr qreal kDisabledOpacity = 0.35;
 constexpr qreal kFontScale = 0.8;
+constexpr double kLineSpacing = 1.9;  // least distance of labels over the height of their font
 
-/// 1, 2 or 5 times a power of ten: about `count` of them in `span`.
-double nice_interval(double span, int count) {
-  const double raw = span / count;
+/// 1 to 5 times a power of ten, not less than `raw`.
+double nice_interval(double raw) {
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
+  for (const double factor : {1.0, 2.0, 3.0, 4.0, 5.0}) {
     if (raw <= factor * power) return factor * power;
   }
   return 10.0 * power;
@@ -45,8 +45,8 @@ QValueAxis* make_axis(QChart* chart, Qt::Alignment side, const QString& title, c
   return axis;
 }
 
-QString colored(const QString& text, const QColor& color) {
-  return QString("<span style='color:%1'>\u2501 %2</span>").arg(color.name(), text);
+QString key(const QString& text, const QColor& color) {
+  return QString("&nbsp; <span style='color:%1'>\u2501 %2</span>").arg(color.name(), text);
 }
 
 }  // namespace
@@ -89,17 +89,18 @@ void ForceChart::set_ranges(double x_min, double x_max, double force_min, double
   lowest_ = std::min(lowest_, force_min);
   highest_ = std::max(highest_, force_max);
   const double spare = 0.5 * std::max(0.0, kForceSpanMin - (highest_ - lowest_));
-  const double interval = nice_interval(highest_ - lowest_ + 2.0 * spare, 4);
+  // Labels that come too close become dots.
+  const double line = QFontMetricsF(kip_->labelsFont()).height();
+  const double part = std::clamp(kLineSpacing * line / std::max(1.0, height() - 2.0 * line), 0.2, 0.5);
+  const double interval = nice_interval(part * (highest_ - lowest_ + 2.0 * spare));
   const double low = std::min(std::floor((lowest_ - spare) / (0.5 * interval)) * 0.5 * interval, 0.0);
   const double high = std::max(std::ceil((highest_ + spare) / (0.5 * interval)) * 0.5 * interval, 0.0);
   kip_->setTickInterval(interval);
   kip_->setRange(low, high);
-  kilonewton_->setTickInterval(nice_interval((high - low) * kKilonewtonPerKip, 4));
+  kilonewton_->setTickInterval(nice_interval(part * (high - low) * kKilonewtonPerKip));
   kilonewton_->setRange(low * kKilonewtonPerKip, high * kKilonewtonPerKip);
-  x_->setTickInterval(nice_interval(x_max - x_min, 7));
+  x_->setTickInterval(nice_interval((x_max - x_min) / 7.0));
   x_->setRange(x_min, x_max);
-  // Qt Charts does not always see that other labels need another width, and shows dots.
-  chart()->layout()->invalidate();
 }
 
 void ForceChart::changeEvent(QEvent* event) {
@@ -116,18 +117,35 @@ ForceCharts::ForceCharts(QWidget* parent) : QWidget(parent) {
   over_time_ = new ForceChart(this);
   along_->setToolTip(tr("Axial force over the coupler's number, from the first car to derail: buff (compression) up, draft down."));
   over_time_->setToolTip(tr("Largest buff (up) and draft (down) of all couplers at each time of this run."));
-  column->addWidget(make_caption(tr("Force along the train, by coupler") + "</b>&nbsp; " + colored(tr("now"), now) + "&nbsp; " +
-                                     colored(tr("peak buff"), buff_color()) + "&nbsp; " +
-                                     colored(tr("peak draft"), draft_color()), this));
+  along_caption_ = new QLabel(this);
+  over_time_caption_ = new QLabel(this);
+  column->addWidget(along_caption_);
   column->addWidget(along_, 1);
-  column->addWidget(make_caption(tr("Largest force over time [s]") + "</b>&nbsp; " + colored(tr("buff"), buff_color()) +
-                                     "&nbsp; " + colored(tr("draft"), draft_color()), this));
+  column->addWidget(over_time_caption_);
   column->addWidget(over_time_, 1);
+  write_captions();
   buff_peak_ = along_->add_line(buff_color(), 1.2);
   draft_peak_ = along_->add_line(draft_color(), 1.2);
   now_ = along_->add_line(now, 1.6);
   buff_ = over_time_->add_line(buff_color(), 1.2);
   draft_ = over_time_->add_line(draft_color(), 1.2);
+}
+
+/// The colours in a text do not grey out by themselves.
+void ForceCharts::write_captions() {
+  const QColor grey = palette().color(QPalette::Disabled, QPalette::WindowText);
+  const auto entry = [&](const QString& text, const QColor& color) { return key(text, isEnabled() ? color : grey); };
+  const auto bold = [](const QString& text) { return "<b>" + text + "</b>"; };
+  along_caption_->setText(bold(tr("Force along the train, by coupler")) +
+                          entry(tr("now"), palette().color(QPalette::Active, QPalette::Text)) +
+                          entry(tr("peak buff"), buff_color()) + entry(tr("peak draft"), draft_color()));
+  over_time_caption_->setText(bold(tr("Largest force over time [s]")) + entry(tr("buff"), buff_color()) +
+                              entry(tr("draft"), draft_color()));
+}
+
+void ForceCharts::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::EnabledChange) write_captions();
+  QWidget::changeEvent(event);
 }
 
 void ForceCharts::show_forces(const ForceRecord& forces) {

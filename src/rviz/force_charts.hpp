@@ -39,7 +39,13 @@ class ForceCharts : public QWidget {
 
   void show_forces(const ForceRecord& forces);
 
+ protected:
+  void changeEvent(QEvent* event) override;
+
  private:
+  void write_captions();
+
+  QLabel *along_caption_, *over_time_caption_;
   ForceChart *along_, *over_time_;
   QtCharts::QLineSeries *now_, *buff_peak_, *draft_peak_, *buff_, *draft_;
   std::uint32_t run_id_ = 0;

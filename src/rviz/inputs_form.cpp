@@ -53,6 +53,9 @@ InputsForm::InputsForm(QWidget* parent) : QWidget(parent) {
   free_ = new QLineEdit(this);
   free_->setObjectName("input:");
   free_->setPlaceholderText(tr("key=value; key=value"));
+  QPalette palette = free_->palette();  // greys out with the rest
+  palette.setColor(QPalette::Disabled, QPalette::PlaceholderText, palette.color(QPalette::Disabled, QPalette::Text));
+  free_->setPalette(palette);
   free_->setToolTip(tr("Any other inputs of the scenario, as <tt>derail run --set</tt> takes them:<br>"
                        "<tt>coupler.stiffness=40e6 lbf/ft; solver.method=bdf</tt><br>"
                        "<tt>derail keys</tt> lists them all; the node checks them."));

@@ -219,7 +219,8 @@ void NodeLink::set_node(const std::string& node) {
 NodeView NodeLink::view() const {
   const std::lock_guard<std::mutex> lock(core_->mutex);
   NodeView view = core_->data;
-  if (view.run_info && view.run_info->state == RunInfo::RUNNING) view.achieved_rate = core_->rate.rate(Clock::now());
+  const bool running = view.present && view.run_info && view.run_info->state == RunInfo::RUNNING;
+  if (running) view.achieved_rate = core_->rate.rate(Clock::now());
   return view;
 }
 

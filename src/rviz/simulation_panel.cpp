@@ -252,7 +252,7 @@ void SimulationPanel::show_run(const NodeView& view) {
   set_text_color(state_, color);
   const double time = view.train.run_id == info.run_id ? view.train.time : info.time;
   QString text = tr("%1 s").arg(time, 0, 'f', 2);
-  if (info.state == RunInfo::RUNNING) {
+  if (info.state == RunInfo::RUNNING && view.present) {
     text += view.achieved_rate ? tr(", rate %1").arg(*view.achieved_rate, 0, 'f', 2) : tr(", rate \u2026");
   }
   time_->setText(text);

@@ -42,6 +42,13 @@ class BlowUp : public solver::OdeSystem {
   void jacobian(double /*t*/, const double* y, const SetEntry& set) override { set(0, 0, 2.0 * y[0]); }
 };
 
+/// y' = 1e308: its derivative stays finite when y does not.
+class Overflow : public BlowUp {
+ public:
+  void derivative(double /*t*/, const double* /*y*/, double* d) override { d[0] = 1e308; }
+  void jacobian(double /*t*/, const double* /*y*/, const SetEntry& set) override { set(0, 0, 0.0); }
+};
+
 /// Two oscillators of 1 and 20 rad/s, their components shuffled against the band order.
 class Oscillators : public solver::OdeSystem {
  public:
@@ -163,6 +170,26 @@ TEST_P(Integrator, FailureIsAValueAndTheLastGoodStateIsKept) {
   EXPECT_EQ(integrator->state()(0), state(0));
   EXPECT_TRUE(std::isfinite(state(0)));
   EXPECT_NEAR(time, 1.0, 1e-3);
+}
+
+TEST_P(Integrator, StepIntoInfinityIsTakenBack) {
+  Overflow system;
+  inputs::Solver o = options(GetParam(), 1e-6);
+  o.steps_max = 3000;
+  const auto integrator = solver::make_integrator(o, system, 0.0, Eigen::VectorXd::Constant(1, 1e308));
+  double time = 0.0, state = 1e308;
+  solver::StepResult r;
+  for (int i = 0; i < 10000; ++i) {
+    r = integrator->step();
+    if (r.status == solver::StepStatus::failed) break;
+    time = integrator->time();
+    state = integrator->state()(0);
+  }
+  ASSERT_EQ(r.status, solver::StepStatus::failed);
+  EXPECT_FALSE(r.message.empty());
+  EXPECT_EQ(integrator->time(), time);
+  EXPECT_EQ(integrator->state()(0), state);
+  EXPECT_TRUE(std::isfinite(state));
 }
 
 TEST_P(Integrator, SimulationThatRunsOutOfStepsSaysSo) {

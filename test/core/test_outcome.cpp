@@ -136,6 +136,18 @@ TEST(PileUp, IsTheExtentOfTheFootprintsOffTheTrack) {
   EXPECT_NEAR(p.width, top - bottom, 1e-9);
 }
 
+TEST(RelativeSpeed, IsThatOfTheFacingPins) {
+  // Centres at rest, both cars turn to the left: the facing pins move apart sideways, fastest at the start.
+  inputs::Scenario s = free_cars(2, 0.5);
+  const double length = s.consist[0].length;
+  simulation::Simulation sim(
+      s, test::state_of({CarMotion{0, 0, 0, 0, 0, 0.2}, CarMotion{-length - 1.5, 0, 0, 0, 0, 0.3}}));
+  sim.run();
+  EXPECT_NEAR(sim.outcome().relative_speed_max.speed, 0.5 * length * (0.2 + 0.3), 1e-9);
+  EXPECT_EQ(sim.outcome().relative_speed_max.coupler, 1);
+  EXPECT_EQ(sim.outcome().relative_speed_max.time, 0.0);
+}
+
 /// The second car stands across the track; the first, ahead of it and straight, runs back into its side.
 TEST(ClosingSpeed, OfASideImpactIsKnown) {
   inputs::Scenario s = free_cars(2, 1.0);

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <functional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,16 @@
 
 namespace train_derail::test {
 
-/// Serves callbacks until `condition` holds; false after `limit` seconds of wall time.
-inline bool wait_for(const std::function<bool()>& condition, double limit = 30.0) {
+/// Serves callbacks until `condition` holds; false after `limit` seconds of wall time. A condition on a message that has
+/// not come yet (std::out_of_range) does not hold yet.
+inline bool wait_for(const std::function<bool()>& wanted, double limit = 30.0) {
+  const auto condition = [&wanted] {
+    try {
+      return wanted();
+    } catch (const std::out_of_range&) {
+      return false;
+    }
+  };
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(limit);
   while (ros::ok() && !condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
@@ -46,7 +55,7 @@ class Record {
 
   bool connected() const { return subscriber_.getNumPublishers() > 0; }
   bool empty() const { return messages.empty(); }
-  const Message& last() const { return messages.back(); }
+  const Message& last() const { return messages.at(messages.size() - 1); }  // throws std::out_of_range if there is none
 
   std::vector<Message> messages;
 
@@ -120,8 +129,8 @@ inline void expect_equal_to_simulation(const std::vector<CarStates>& cars, const
       const CarState& m = cars[i].cars[k];
       const simulation::CarSnapshot& e = expected.cars[k];
       ASSERT_EQ(m.number, k + 1);
-      ASSERT_TRUE(m.x == e.x && m.y == e.y && m.theta == e.theta && m.vx == e.vx && m.vy == e.vy && m.omega == e.omega &&
-                  m.past_pod == e.past_pod && m.off_track == e.off_track &&
+      ASSERT_TRUE(m.x == e.x && m.y == e.y && m.theta == e.theta && m.vx == e.vx && m.vy == e.vy &&
+                  m.omega == e.omega && m.past_pod == e.past_pod && m.off_track == e.off_track &&
                   m.front_truck_offset == e.front_truck_offset && m.rear_truck_offset == e.rear_truck_offset)
           << "car " << k + 1 << " at " << expected.time << " s";
     }
@@ -130,8 +139,8 @@ inline void expect_equal_to_simulation(const std::vector<CarStates>& cars, const
       const simulation::CouplerSnapshot& e = expected.couplers[k];
       ASSERT_EQ(m.number, k + 1);
       ASSERT_TRUE(m.gap == e.gap && m.angle == e.angle && m.axial_force == e.axial_force &&
-                  m.lateral_force == e.lateral_force && m.swing_lead == e.swing_lead && m.swing_trail == e.swing_trail &&
-                  m.moment_lead == e.moment_lead && m.moment_trail == e.moment_trail)
+                  m.lateral_force == e.lateral_force && m.swing_lead == e.swing_lead &&
+                  m.swing_trail == e.swing_trail && m.moment_lead == e.moment_lead && m.moment_trail == e.moment_trail)
           << "coupler " << k + 1 << " at " << expected.time << " s";
     }
   }

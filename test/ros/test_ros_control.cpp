@@ -53,14 +53,15 @@ class Control : public testing::Test {
   /// Until every stream is at the first point of that run.
   bool wait_for_run(std::uint32_t id) {
     return wait_for([&] {
-      return !cars.empty() && cars.last().run_id == id && couplers.last().run_id == id && run_info.last().run_id == id &&
-             inputs.last().run_id == id && outcome.last().run_id == id && !clock.empty() &&
-             clock.last().clock >= run_info.last().start && !markers.empty() &&
+      return !cars.empty() && cars.last().run_id == id && couplers.last().run_id == id &&
+             run_info.last().run_id == id && inputs.last().run_id == id && outcome.last().run_id == id &&
+             !clock.empty() && clock.last().clock >= run_info.last().start && !markers.empty() &&
              markers.last().markers.back().header.stamp >= run_info.last().start;
     });
   }
   bool wait_for_end() {
-    return wait_for([&] { return run_info.last().state == RunInfo::ENDED || run_info.last().state == RunInfo::FAILED; }) &&
+    return wait_for(
+               [&] { return run_info.last().state == RunInfo::ENDED || run_info.last().state == RunInfo::FAILED; }) &&
            wait_for([&] {
              const ros::Time end = run_info.last().header.stamp;
              return outcome.last().ended != Outcome::RUNNING && cars.last().header.stamp == end &&
@@ -224,14 +225,15 @@ TEST_F(Control, SlowIsNotTooSlow) {
   const std::size_t before = diagnostics.messages.size();
   ASSERT_TRUE(wait_for_reports(5));
   for (std::size_t i = before; i < diagnostics.messages.size(); ++i) {
-    EXPECT_EQ(diagnostics.messages[i].status[0].level, DiagnosticStatus::OK) << diagnostics.messages[i].status[0].message;
+    EXPECT_EQ(diagnostics.messages[i].status[0].level, DiagnosticStatus::OK)
+        << diagnostics.messages[i].status[0].message;
   }
 }
 
 TEST_F(Control, DiagnosticsGoOnWhilePausedAndSayWhatTheSolverDid) {
   ASSERT_TRUE(node.step(10, 0.0).success);
   ASSERT_TRUE(wait_for_reports(3));
-  const DiagnosticStatus& s = diagnostics.last().status[0];
+  const DiagnosticStatus& s = diagnostics.last().status.at(0);
   EXPECT_EQ(s.name, "/train_derail: simulation");
   EXPECT_EQ(s.level, DiagnosticStatus::OK);
   std::set<std::string> keys;
@@ -266,8 +268,8 @@ TEST_F(Control, RestartWithOverridesRunsTheNewInputs) {
   EXPECT_GT(run_info.last().start, before);
   EXPECT_NEAR(inputs.last().speed, 50.0 * inputs::kMph, 1e-12);
   expect_strictly_newer(clock.messages);
-  const inputs::Scenario expected = inputs::read_scenario_file(
-      g_scenario_file, {{"initial.speed", "50 mph"}, {"consist[0].count", "7"}});
+  const inputs::Scenario expected =
+      inputs::read_scenario_file(g_scenario_file, {{"initial.speed", "50 mph"}, {"consist[0].count", "7"}});
   expect_equal_to_simulation(cars_of(r.run_id), couplers_of(r.run_id), expected);
   bool cleared = false;
   for (const auto& array : markers.messages) {
@@ -328,7 +330,7 @@ TEST_F(Control, AHundredRestartsNeverTurnTimeBack) {
     ASSERT_TRUE(node.step(1 + i % 3, 0.0).success);
   }
   ASSERT_TRUE(wait_for_run(run_id + 100));
-  ASSERT_TRUE(wait_for([&] { return tf.last().transforms[0].header.stamp == clock.last().clock; }));
+  ASSERT_TRUE(wait_for([&] { return tf.last().transforms.at(0).header.stamp == clock.last().clock; }));
   expect_strictly_newer(clock.messages);
   // The first message may be the latched one of a test before.
   for (std::size_t i = 1; i < tf.messages.size(); ++i) {
@@ -359,7 +361,7 @@ TEST_F(Control, FailedIntegrationIsAnOutcomeAndTheNodeLivesOn) {
   ASSERT_TRUE(wait_for([&] { return outcome.last().ended == Outcome::INTEGRATION_FAILED; }));
   EXPECT_FALSE(outcome.last().message.empty());
   EXPECT_FALSE(run_info.last().message.empty());
-  EXPECT_TRUE(wait_for([&] { return diagnostics.last().status[0].level == DiagnosticStatus::ERROR; }));
+  EXPECT_TRUE(wait_for([&] { return diagnostics.last().status.at(0).level == DiagnosticStatus::ERROR; }));
   const auto resume = node.trigger("resume");
   expect_refused(resume.success, resume.message, {"failed", "restart"});
   const Restart::Response r = node.restart({"solver.steps_max=100000"}, false);

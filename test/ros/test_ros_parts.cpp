@@ -138,7 +138,8 @@ TEST(Parameters, DefaultsAndValues) {
   EXPECT_NEAR(p.event_coupler_force, 500.0 * inputs::kKip, 1e-3);
 }
 
-void expect_refused(const std::string& xml, const std::string& key, const std::string& value, const std::string& allowed) {
+void expect_refused(const std::string& xml, const std::string& key, const std::string& value,
+                    const std::string& allowed) {
   try {
     read_node_parameters(from_xml(xml), "/n");
     ADD_FAILURE() << "accepted: " << xml;
@@ -198,9 +199,11 @@ TEST(EventDetector, SaysOnceWhatHappens) {
     for (const Occurrence& o : detector.observe(s, outcome)) found.push_back(o.type);
     return found;
   };
-  EXPECT_EQ(types({0.0, {car(0, true, false), car(-20, false, false)}, {coupler(0)}}), std::vector<int>{Event::CAR_PAST_POD});
+  EXPECT_EQ(types({0.0, {car(0, true, false), car(-20, false, false)}, {coupler(0)}}),
+            std::vector<int>{Event::CAR_PAST_POD});
   EXPECT_TRUE(types({0.1, {car(1, true, false), car(-19, false, false)}, {coupler(999)}}).empty());
-  EXPECT_EQ(types({0.2, {car(2, true, false), car(-18, false, true)}, {coupler(0)}}), std::vector<int>{Event::CAR_OFF_TRACK});
+  EXPECT_EQ(types({0.2, {car(2, true, false), car(-18, false, true)}, {coupler(0)}}),
+            std::vector<int>{Event::CAR_OFF_TRACK});
   outcome.touches = 1;
   outcome.closing_speed_max.speed = 2.0;
   EXPECT_EQ(types({0.3, {car(3, true, false), car(-17, false, true)}, {coupler(0)}}), std::vector<int>{Event::CONTACT});
@@ -304,7 +307,8 @@ TEST(PileUpFollower, GoesToTheMiddleOfTheDerailedCars) {
   PileUpFollower follower;
   follower.update({0.0, {car(0, true, false), car(-20, false, false)}, {}});
   EXPECT_EQ(follower.x(), 0.0);
-  for (int i = 1; i < 500; ++i) follower.update({0.02 * i, {car(30, true, false), car(10, false, true), car(-90, false, false)}, {}});
+  for (int i = 1; i < 500; ++i)
+    follower.update({0.02 * i, {car(30, true, false), car(10, false, true), car(-90, false, false)}, {}});
   EXPECT_NEAR(follower.x(), 20.0, 1e-3);
 }
 

@@ -21,7 +21,7 @@ from train_derail.srv import Step
 
 LIMIT = 60.0  # wall seconds for anything
 SIZE = (1600, 900)
-VIEW = (400, 80, 1580, 780)  # of the 3D view in the window: left, top, right, bottom
+VIEW = (510, 80, 1580, 780)  # of the 3D view in the window: left, top, right, bottom
 
 
 def is_on_track(r, g, b):

@@ -34,8 +34,8 @@ TEST(SideBySide, EachRunsItsOwnScenario) {
   expect_equal_to_simulation(left_cars.messages, left_couplers.messages, inputs::read_scenario_file(g_scenario_file));
   expect_equal_to_simulation(
       right_cars.messages, right_couplers.messages,
-      inputs::read_scenario_file(g_scenario_file,
-                                 {{"initial.speed", "20 mph"}, {"consist[0].count", "5"}, {"initial.yaw_rate", "0.1"}}));
+      inputs::read_scenario_file(
+          g_scenario_file, {{"initial.speed", "20 mph"}, {"consist[0].count", "5"}, {"initial.yaw_rate", "0.1"}}));
   std::map<std::string, std::set<std::string>> frames;
   std::map<std::string, ros::Time> last;
   for (const auto& m : tf.messages) {

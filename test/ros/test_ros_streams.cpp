@@ -1,4 +1,5 @@
-// The node as launched: what it sends from the first point of the grid to the end of the run, and what it keeps latched.
+// The node as launched: what it sends from the first point of the grid to the end of the run, and what it keeps
+// latched.
 #include <map>
 #include <set>
 
@@ -38,8 +39,8 @@ class Streams : public testing::Test {
     run_info = new Record<RunInfo>("/train_derail/run_info");
     ASSERT_TRUE(node->wait_until_up());
     ASSERT_TRUE(wait_for([] {
-      return clock->connected() && tf->connected() && cars->connected() && couplers->connected() && markers->connected() &&
-             events->connected() && !outcome->empty() && !run_info->empty() && !cars->empty();
+      return clock->connected() && tf->connected() && cars->connected() && couplers->connected() &&
+             markers->connected() && events->connected() && !outcome->empty() && !run_info->empty() && !cars->empty();
     }));
     paused_info = run_info->last();
     // A new run after all are connected, so that nobody misses its first point.
@@ -49,12 +50,12 @@ class Streams : public testing::Test {
     const ros::Time end = outcome->last().header.stamp;
     ASSERT_TRUE(wait_for([&] {
       return cars->last().header.stamp == end && couplers->last().header.stamp == end && clock->last().clock == end &&
-             markers->last().markers.back().header.stamp == end && tf->last().transforms[0].header.stamp == end &&
+             markers->last().markers.back().header.stamp == end && tf->last().transforms.at(0).header.stamp == end &&
              !events->empty() && events->last().type == Event::END && run_info->last().state == RunInfo::ENDED;
-    })) << "streams do not reach the end of the run at " << end << ": cars " << cars->last().header.stamp << ", couplers "
-        << couplers->last().header.stamp << ", clock " << clock->last().clock << ", tf "
-        << tf->last().transforms[0].header.stamp << ", markers " << markers->last().markers.back().header.stamp << ", "
-        << events->messages.size() << " events";
+    })) << "streams do not reach the end of the run at "
+        << end << ": cars " << cars->last().header.stamp << ", couplers " << couplers->last().header.stamp << ", clock "
+        << clock->last().clock << ", tf " << tf->last().transforms.at(0).header.stamp << ", markers "
+        << markers->last().markers.back().header.stamp << ", " << events->messages.size() << " events";
     forget_before(2);
   }
 
@@ -64,7 +65,8 @@ class Streams : public testing::Test {
     cars->messages.erase(cars->messages.begin(), std::find_if_not(cars->messages.begin(), cars->messages.end(), old));
     couplers->messages.erase(couplers->messages.begin(),
                              std::find_if_not(couplers->messages.begin(), couplers->messages.end(), old));
-    events->messages.erase(events->messages.begin(), std::find_if_not(events->messages.begin(), events->messages.end(), old));
+    events->messages.erase(events->messages.begin(),
+                           std::find_if_not(events->messages.begin(), events->messages.end(), old));
   }
 
   static inline NodeClient* node = nullptr;
@@ -139,7 +141,8 @@ TEST_F(Streams, TransformsAreThePosesOfTheCars) {
       const auto& t = m.transforms[k].transform;
       EXPECT_EQ(t.translation.x, state.cars[k].x);
       EXPECT_EQ(t.translation.y, state.cars[k].y);
-      EXPECT_NEAR(std::remainder(2.0 * std::atan2(t.rotation.z, t.rotation.w) - state.cars[k].theta, 2.0 * M_PI), 0.0, 1e-12);
+      EXPECT_NEAR(std::remainder(2.0 * std::atan2(t.rotation.z, t.rotation.w) - state.cars[k].theta, 2.0 * M_PI), 0.0,
+                  1e-12);
     }
     return;
   }
@@ -165,8 +168,8 @@ TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {
     ASSERT_FALSE(array.markers.empty());
     expect_valid(array, "map");
     stamps.insert(array.markers[0].header.stamp);
-    const bool first_of_run = array.markers[0].header.stamp == run_info->last().start ||
-                              array.markers[0].header.stamp == paused_info.start;
+    const bool first_of_run =
+        array.markers[0].header.stamp == run_info->last().start || array.markers[0].header.stamp == paused_info.start;
     EXPECT_EQ(array.markers[0].action == Marker::DELETEALL, first_of_run) << array.markers[0].header.stamp;
   }
   // The queue of this topic is short, as its messages are long: at rate 0 some may be missing, but the last may not.
@@ -175,7 +178,8 @@ TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {
   for (const Marker& m : markers->last().markers) {
     if (m.action == Marker::ADD) kinds.insert(m.ns);
   }
-  for (const char* kind : {"track", "point_of_derailment", "cars_on_track", "cars_past_pod", "trucks", "couplers", "status"}) {
+  for (const char* kind :
+       {"track", "point_of_derailment", "cars_on_track", "cars_past_pod", "trucks", "couplers", "status"}) {
     EXPECT_EQ(kinds.count(kind), 1U) << kind;
   }
 }

@@ -13,7 +13,7 @@
 
 namespace train_derail::ros_face {
 
-/// One object a run. Namespaces are documented in docs/interface.md.
+/// One object a run. One namespace a kind of thing.
 class MarkerScene {
  public:
   /// `frame`: the world's name.

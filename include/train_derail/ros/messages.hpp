@@ -28,8 +28,8 @@ Inputs to_message(const inputs::Scenario& scenario, const std::vector<model::Car
 Event to_message(const Occurrence& occurrence, const std_msgs::Header& header, std::uint32_t run_id);
 
 /// Frame of a point of the ground plane, turned by `yaw` [rad].
-geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x, double y,
-                                               double yaw);
+geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x,
+                                               double y, double yaw);
 /// All cars.
 tf2_msgs::TFMessage to_transforms(const std::vector<simulation::CarSnapshot>& cars, const std_msgs::Header& header,
                                   const Frames& frames);

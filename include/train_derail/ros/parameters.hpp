@@ -13,19 +13,19 @@
 
 namespace train_derail::ros_face {
 
-/// What the node itself can be told; docs/interface.md has the table.
+/// What the node itself can be told; README.md has the table.
 struct NodeParameters {
   double rate = 1.0;  // simulated seconds per wall second; 0: as fast as the integrator goes [-]
   bool start_paused = false;
   bool exit_when_done = false;
   std::string world_frame = "map";
-  std::string frame_prefix;                         // of all other frames
+  std::string frame_prefix;  // of all other frames
   bool publish_clock = true;
   bool publish_tf = true;
-  int markers_every = 1;                            // grid points; 0: no markers
+  int markers_every = 1;                               // grid points; 0: no markers
   double event_coupler_force = 1000.0 * inputs::kKip;  // threshold of COUPLER_PEAK events [N]
-  double overload_threshold = 0.1;                  // share of wall time lost that is complained about [-]
-  double diagnostics_period = 1.0;                  // wall [s]
+  double overload_threshold = 0.1;                     // share of wall time lost that is complained about [-]
+  double diagnostics_period = 1.0;                     // wall [s]
 };
 
 /// Everything a scenario is made from, kept so that a later restart can change parts of it.

@@ -28,8 +28,8 @@ class Publishers {
   void start_run(std::uint32_t run_id, const inputs::Scenario& scenario, const std::vector<model::Car>& cars,
                  const ::ros::Time& start);
 
-  /// One point of the grid of simulated time: clock, tf, cars, couplers, markers, in that order, all with `stamp`, which
-  /// must be newer than that of the point before.
+  /// One point of the grid of simulated time: clock, tf, cars, couplers, markers, in that order, all with `stamp`,
+  /// which must be newer than that of the point before.
   void grid_point(const simulation::Snapshot& now, const outcome::Outcome& outcome, const ::ros::Time& stamp);
   /// Sends the markers of the last grid point if that was left out for want of subscribers.
   void complete_markers();

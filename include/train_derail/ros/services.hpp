@@ -17,7 +17,8 @@
 namespace train_derail::ros_face {
 
 /// Hands each call to the simulation thread and waits for its answer; decides nothing. A call that is refused answers
-/// success = false: the transport has worked. Runs on threads and a callback queue of its own, until the loop has ended.
+/// success = false: the transport has worked. Runs on threads and a callback queue of its own, until the loop has
+/// ended.
 class Services {
  public:
   Services(const ::ros::NodeHandle& private_handle, SimulationLoop& loop);

@@ -22,9 +22,9 @@ namespace train_derail::ros_face {
 
 /// What a restart starts from.
 struct RestartRequest {
-  std::string scenario;                            // YAML; empty: see parameters
-  std::optional<XmlRpc::XmlRpcValue> parameters;   // the node's, read anew; empty: the current scenario
-  std::vector<std::string> overrides;              // "key=value"
+  std::string scenario;                           // YAML; empty: see parameters
+  std::optional<XmlRpc::XmlRpcValue> parameters;  // the node's, read anew; empty: the current scenario
+  std::vector<std::string> overrides;             // "key=value"
   bool start_paused = false;
 };
 

@@ -1,0 +1,321 @@
+#include "train_derail/study/report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "study/csv.hpp"
+#include "study/html.hpp"
+#include "train_derail/outcome/outcome.hpp"
+#include "train_derail/outcome/report.hpp"
+
+namespace train_derail::study {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+namespace {
+
+constexpr std::size_t kFailedShown = 100;
+// Kept on one line: no-break spaces.
+constexpr const char* kTo = "\u00A0to\u00A0";
+constexpr const char* kSpace = "\u00A0";
+
+using Row = std::vector<std::string>;
+using Facts = std::vector<std::pair<std::string, std::string>>;
+
+std::string digits(double value) { return std::isnan(value) ? "\u2013" : fmt::format("{:.4g}", value); }
+
+/// A column of runs.csv, as about.json describes it.
+struct Number {
+  std::string name, title, shown_unit;
+  bool numeric;
+  double per_shown;
+
+  double shown(const std::string& si) const { return std::strtod(si.c_str(), nullptr) / per_shown; }
+  std::string number(const std::string& si) const { return digits(shown(si)); }
+  std::string text(const std::string& si) const {
+    return !numeric ? si : shown_unit.empty() ? number(si) : number(si) + kSpace + shown_unit;
+  }
+  std::string label() const { return shown_unit.empty() ? title : fmt::format("{} ({})", title, shown_unit); }
+};
+
+struct Results {
+  std::string folder;
+  ordered_json about, study;
+  std::vector<Number> factors, outcomes;
+  Table runs, summary;
+  std::optional<Table> sobol;
+  std::map<std::string, Row> points;  // point -> SI text of each factor
+  std::size_t failed = 0;
+
+  bool one_at_a_time() const { return study.at("plan") == "one_at_a_time"; }
+  bool by_point() const { return one_at_a_time() || study.at("plan") == "grid"; }
+  std::string base(const Number& factor) const { return study.at("scenario").at(factor.name).get<std::string>(); }
+};
+
+std::string in(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
+
+ordered_json read_json(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw std::runtime_error(path + ": cannot be read; derail study writes it at its end, derail merge too");
+  return ordered_json::parse(file);
+}
+
+Number number_of(const ordered_json& about, const std::string& name) {
+  const ordered_json& c = about.at("columns").at(name);
+  return {name, c.at("title"), c.at("shown_unit"), c.at("unit") != "", c.at("per_shown")};
+}
+
+bool has_failed(const Results& r, const Row& run) {
+  return run[r.runs.column("ended")] == outcome::to_string(outcome::Ended::integration_failed);
+}
+
+Row inputs_of(const Results& r, const Row& run) {
+  Row values;
+  for (const Number& factor : r.factors) values.push_back(run[r.runs.column(factor.name)]);
+  return values;
+}
+
+Results read_results(const std::string& folder) {
+  if (!fs::is_directory(folder)) throw std::runtime_error(folder + ": no such folder");
+  Results r;
+  r.folder = folder;
+  try {
+    r.about = read_json(in(folder, "about.json"));
+    r.study = r.about.at("study");
+    for (const ordered_json& factor : r.study.at("factors")) r.factors.push_back(number_of(r.about, factor.at("key")));
+    for (const ordered_json& name : r.study.at("outcomes")) r.outcomes.push_back(number_of(r.about, name));
+  } catch (const nlohmann::json::exception& e) {
+    throw std::runtime_error(fmt::format("{}: {}", in(folder, "about.json"), e.what()));
+  }
+  r.runs = read_csv(in(folder, "runs.csv"));
+  r.summary = read_csv(in(folder, "summary.csv"));
+  if (r.study.at("plan") == "saltelli") r.sobol = read_csv(in(folder, "sobol.csv"));
+  for (const Row& run : r.runs.rows) {
+    r.points.try_emplace(run[r.runs.column("point")], inputs_of(r, run));
+    if (has_failed(r, run)) ++r.failed;
+  }
+  return r;
+}
+
+/// Text of `j[key]`, in whatever form it stands there.
+std::string field(const ordered_json& j, const char* key) {
+  if (!j.contains(key)) return "not known";
+  return j.at(key).is_string() ? j.at(key).get<std::string>() : j.at(key).dump();
+}
+
+std::string overview(const Results& r) {
+  const ordered_json& perturbation = r.study.at("perturbation");
+  Facts facts{
+      {"plan", field(r.study, "plan")},
+      {"runs", fmt::format("{}, of which failed: {}", r.runs.rows.size(), r.failed)},
+      {"runs a point", field(r.study, "replicates")},
+      {"perturbation of every run",
+       fmt::format("spacing {} m, initial angular velocity {} of itself", digits(perturbation.at("spacing")),
+                   digits(perturbation.at("yaw_rate")))},
+      {"seed", field(r.study, "seed")},
+      {"base scenario", field(r.study.at("scenario"), "title")}};
+  if (!r.by_point()) facts.insert(facts.begin() + 1, {"samples", field(r.study, "samples")});
+  return html::facts(facts);
+}
+
+std::string range_of(const Number& factor, const ordered_json& entry) {
+  if (entry.contains("values")) {
+    std::string text;
+    for (const ordered_json& value : entry.at("values")) text += (text.empty() ? "" : ", ") + factor.text(value);
+    return text;
+  }
+  const auto end = [&](const char* key) { return factor.text(fmt::format("{}", entry.at(key).get<double>())); };
+  return fmt::format("{}: {}{}{}", field(entry, "distribution"), end("low"), kTo, end("high"));
+}
+
+std::string factor_table(const Results& r) {
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < r.factors.size(); ++i) {
+    const Number& factor = r.factors[i];
+    rows.push_back({factor.title, factor.name, factor.text(r.base(factor)), range_of(factor, r.study.at("factors").at(i))});
+  }
+  return html::table({{"input", false}, {"key", false}, {"base", true}, {"values", false}}, rows);
+}
+
+/// "14 (12.7 – 15.3)".
+std::string median_of(const Results& r, const Row& cell, const Number& outcome) {
+  const auto q = [&](const char* name) { return outcome.number(cell[r.summary.column(name)]); };
+  return fmt::format("{} ({}{}{})", q("median"), q("q05"), kTo, q("q95"));
+}
+
+/// What identifies a point: its changed input, or all of them.
+Row point_cells(const Results& r, const std::string& point, const std::string& name) {
+  const auto found = r.points.find(point);
+  Row cells(r.one_at_a_time() ? 3 : r.factors.size());
+  if (found == r.points.end()) {  // none of its runs is there yet
+    cells[0] = name;
+    return cells;
+  }
+  if (!r.one_at_a_time()) {
+    for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = r.factors[i].text(found->second[i]);
+    return cells;
+  }
+  cells[0] = "base";
+  for (std::size_t i = 0; i < r.factors.size(); ++i) {
+    const Number& factor = r.factors[i];
+    if (found->second[i] == r.base(factor)) continue;
+    const double change = 100.0 * (factor.shown(found->second[i]) / factor.shown(r.base(factor)) - 1.0);
+    cells = {factor.title, factor.text(found->second[i]), factor.numeric && std::isfinite(change) ? fmt::format("{:+.3g}{}%", change, kSpace) : ""};
+  }
+  return cells;
+}
+
+std::string table_by_point(const Results& r) {
+  std::vector<html::Column> columns;
+  if (r.one_at_a_time()) columns = {{"input", false}, {"value", true}, {"change", true}};
+  else for (const Number& factor : r.factors) columns.push_back({factor.title, true});
+  const std::size_t identity = columns.size();
+  columns.insert(columns.end(), {{"runs", true}, {"failed", true}});
+  for (const Number& outcome : r.outcomes) columns.push_back({outcome.label(), true});
+
+  std::vector<Row> rows;
+  std::string last;
+  for (const Row& cell : r.summary.rows) {  // the outcomes of a point stand together, in the study's order
+    const std::string& point = cell[r.summary.column("point")];
+    if (rows.empty() || point != last) {
+      rows.push_back(point_cells(r, point, cell[r.summary.column("name")]));
+      rows.back().push_back(cell[r.summary.column("runs")]);
+      rows.back().push_back(cell[r.summary.column("failed")]);
+    }
+    last = point;
+    rows.back().push_back(median_of(r, cell, r.outcomes.at(rows.back().size() - identity - 2)));
+  }
+  for (Row& row : rows) row.resize(columns.size());
+  return html::table(columns, rows);
+}
+
+std::string table_over_all(const Results& r) {
+  constexpr const char* kNames[] = {"median", "q05", "q95", "q25", "q75", "mean", "sd"};
+  std::vector<Row> rows;
+  for (const Row& cell : r.summary.rows) {
+    const Number& outcome = r.outcomes.at(rows.size());
+    rows.push_back({outcome.label()});
+    for (const char* name : kNames) rows.back().push_back(outcome.number(cell[r.summary.column(name)]));
+  }
+  return html::table({{"outcome", false}, {"median", true}, {"5 %", true}, {"95 %", true}, {"25 %", true}, {"75 %", true},
+                      {"mean", true}, {"standard deviation", true}}, rows);
+}
+
+std::string medians(const Results& r) {
+  const std::string note = r.by_point() ? "<p>Median of the runs of each point; in brackets the range from 5 to 95 %.</p>\n" : "";
+  return "<h2>Outcomes</h2>\n" + note + (r.by_point() ? table_by_point(r) : table_over_all(r));
+}
+
+std::string sobol_table(const Results& r) {
+  if (!r.sobol || r.sobol->rows.empty()) return "";
+  const Table& t = *r.sobol;
+  const auto title = [](const std::vector<Number>& of, const std::string& name) {
+    const auto found = std::find_if(of.begin(), of.end(), [&](const Number& n) { return n.name == name; });
+    return found == of.end() ? name : found->title;
+  };
+  std::vector<Row> rows;
+  for (const Row& row : t.rows) {
+    const auto index = [&](const std::string& kind) {
+      const auto at = [&](const char* end) { return std::strtod(row[t.column(kind + end)].c_str(), nullptr); };
+      return fmt::format("{:.3f} ({:.3f}{}{:.3f})", at(""), at("_low"), kTo, at("_high"));
+    };
+    rows.push_back({title(r.outcomes, row[t.column("outcome")]), title(r.factors, row[t.column("factor")]), index("first"),
+                    index("total"), row[t.column("samples")]});
+  }
+  return "<h2>Sobol indices</h2>\n<p>Share of each input in the variance of the outcome: alone (first order), and with all of its "
+         "interactions (total); in brackets 95 % confidence intervals.</p>\n" +
+         html::table({{"outcome", false}, {"input", false}, {"first order", true}, {"total", true}, {"samples", true}}, rows);
+}
+
+std::string failed_table(const Results& r) {
+  if (r.failed == 0) return "";
+  std::vector<html::Column> columns{{"run", true}};
+  for (const Number& factor : r.factors) columns.push_back({factor.title, true});
+  columns.push_back({"reason", false});
+  std::vector<Row> rows;
+  for (const Row& run : r.runs.rows) {
+    if (!has_failed(r, run)) continue;
+    if (rows.size() == kFailedShown) break;
+    const Row values = inputs_of(r, run);
+    Row row{run[r.runs.column("run")]};
+    for (std::size_t i = 0; i < values.size(); ++i) row.push_back(r.factors[i].text(values[i]));
+    row.push_back(run[r.runs.column("message")]);
+    rows.push_back(std::move(row));
+  }
+  const std::string rest = r.failed <= kFailedShown ? "" : fmt::format("<p>{} more in runs.csv.</p>\n", r.failed - kFailedShown);
+  return "<h2>Failed runs</h2>\n<p>They are counted, but in no median.</p>\n" + html::table(columns, rows) + rest;
+}
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// Those of each outcome together, the others first.
+std::string pictures(const Results& r) {
+  std::vector<std::string> paths = html::pictures_in(in(r.folder, "pictures"));
+  if (paths.empty()) {
+    return fmt::format("<h2>Pictures</h2>\n<p>There are none yet: <code>rosrun train_derail plot_study.py {}</code> draws them; "
+                       "then make this page anew.</p>\n", html::escape(r.folder));
+  }
+  std::string of_outcomes;
+  for (const Number& outcome : r.outcomes) {
+    std::string some;
+    for (std::string& path : paths) {
+      if (path.empty() || !ends_with(fs::path(path).stem().string(), "_" + outcome.name)) continue;
+      some += html::figure(path);
+      path.clear();
+    }
+    if (!some.empty()) of_outcomes += "<h3>" + html::escape(outcome.title) + "</h3>\n" + some;
+  }
+  std::string others;
+  for (const std::string& path : paths) {
+    if (!path.empty()) others += html::figure(path);
+  }
+  return "<h2>Pictures</h2>\n" + others + of_outcomes;
+}
+
+std::string origin(const Results& r) {
+  const ordered_json machine = r.about.value("machine", ordered_json::object());
+  const double wall_time = r.about.value("wall_time", 0.0);
+  Facts facts{{"train_derail", field(r.about, "version")},
+              {"system", field(machine, "system")},
+              {"processor", field(machine, "processor") + ", cores: " + field(machine, "cores")}};
+  if (wall_time > 0.0) facts.push_back({"computing time of the last call", fmt::format("{:.1f} s", wall_time)});
+  return "<h2>Version and machine</h2>\n" + html::facts(facts);
+}
+
+std::string scenario(const Results& r) {
+  Facts facts;
+  for (const auto& [key, value] : r.study.at("scenario").items()) facts.emplace_back(key, value.get<std::string>());
+  return "<h2>Base scenario</h2>\n<p>In SI units, all defaults filled in.</p>\n" + html::facts(facts);
+}
+
+}  // namespace
+
+std::string to_html(const std::string& folder) {
+  const Results r = read_results(folder);
+  try {
+    const std::string title = field(r.study, "title");
+    const std::string body = "<h1>" + html::escape(title.empty() ? "Study" : title) + "</h1>\n" + overview(r) + "<h2>Inputs</h2>\n" +
+                             factor_table(r) + medians(r) + sobol_table(r) + failed_table(r) + pictures(r) + origin(r) + scenario(r);
+    return html::page(title.empty() ? "Study" : title, body);
+  } catch (const nlohmann::json::exception& e) {
+    throw std::runtime_error(fmt::format("{}: {}", in(folder, "about.json"), e.what()));
+  } catch (const std::out_of_range&) {
+    throw std::runtime_error(in(folder, "summary.csv") + ": more rows than the study has outcomes");
+  }
+}
+
+}  // namespace train_derail::study

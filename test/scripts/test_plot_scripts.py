@@ -1,0 +1,322 @@
+#!/usr/bin/python3
+"""The plotting scripts on real, tiny studies: which pictures, what is in them, the same bytes twice, clear refusals.
+
+  test_plot_scripts.py path/to/derail
+"""
+
+import csv
+import filecmp
+import html.parser
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+import numpy as np
+from PIL import Image
+
+SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'scripts')
+sys.dont_write_bytecode = True
+sys.path.insert(0, SCRIPTS)
+
+import plot_study  # noqa: E402
+from derail_plots import one_at_a_time, run_data, run_pictures, sensitivity, study_data, style  # noqa: E402
+
+MPH, KIP, FOOT = 0.44704, 4448.2216152605, 0.3048
+SCENARIO = """
+consist:
+  - {count: 4, length: 61.1 ft, width: 9 ft, weight: 150 kip}
+initial: {speed: 20 mph, yaw_rate: 0.2}
+stop: {time_max: 3 s}
+"""
+STUDIES = {
+    'alone': """
+title: "$ugly$ & <b>"
+scenario: scenario.yaml
+plan: one_at_a_time
+factors:
+  - {key: initial.speed, label: train speed, scale: [0.5, 0.8, 1.5]}
+  - {key: "consist[0].weight", label: a rather long label of an input for a narrow panel, scale: [0.5, 1.2]}
+  - {key: ground.on_track_law, values: [isotropic, guided]}
+  - {key: solver.steps_max, label: "limit of $steps$", values: [20]}
+replicates: 4
+perturbation: {spacing: 3 mm, yaw_rate: 0.01}
+outcomes: [cars_past_pod, coupler_force_peak, closing_speed_max]
+""",
+    'grid': """
+scenario: scenario.yaml
+plan: grid
+factors:
+  - {key: initial.speed, label: train speed, values: [10 mph, 20 mph, 30 mph]}
+  - {key: ground.off_track_friction, values: [0.4, 0.6]}
+  - {key: ground.on_track_law, values: [isotropic, guided]}
+replicates: 3
+perturbation: {spacing: 3 mm, yaw_rate: 0.01}
+outcomes: [coupler_force_peak, pile_up_length]
+""",
+    'random': """
+scenario: scenario.yaml
+plan: saltelli
+samples: 8
+factors:
+  - {key: initial.speed, label: train speed, low: 10 mph, high: 30 mph}
+  - {key: coupler.stiffness, distribution: log_uniform, low: 5e6 lbf/ft, high: 1e8 lbf/ft}
+perturbation: {spacing: 3 mm, yaw_rate: 0.01}
+outcomes: [cars_past_pod, coupler_force_peak]
+""",
+}
+EXPECTED = {
+    'alone': [f'{kind}_{outcome}' for kind in ('tornado', 'overview', 'bands')
+              for outcome in ('cars_past_pod', 'coupler_force_peak', 'closing_speed_max')],
+    'grid': ['curves_coupler_force_peak', 'curves_pile_up_length'],
+    'random': ['distributions', 'sobol', 'scatter_cars_past_pod', 'scatter_coupler_force_peak'],
+}
+
+
+def derail(*arguments):
+    subprocess.run([DERAIL, *arguments, '--quiet'], check=True, stderr=subprocess.DEVNULL)
+
+
+def script(name, *arguments, **options):
+    return subprocess.run([sys.executable, os.path.join(SCRIPTS, name), *arguments], capture_output=True, text=True,
+                          check=False, **options)
+
+
+def overlaps(a, b):
+    """Of two boxes in pixels; a touch is none."""
+    return min(a.x1, b.x1) - max(a.x0, b.x0) > 0.5 and min(a.y1, b.y1) - max(a.y0, b.y0) > 0.5
+
+
+class Page(html.parser.HTMLParser):
+    """What a page would load."""
+
+    def __init__(self):
+        super().__init__()
+        self.images, self.loads = [], []
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        if tag == 'img':
+            self.images.append(attrs['src'])
+        self.loads += [attrs[a] for a in ('src', 'href', 'data', 'srcset') if a in attrs]
+
+
+class PlotTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        style.apply()
+        cls.folder = tempfile.mkdtemp(prefix='derail_plots_')
+        cls.path('scenario.yaml', SCENARIO)
+        for name, text in STUDIES.items():
+            derail('study', cls.path(f'{name}.yaml', text), '--out', cls.path(name))
+            done = script('plot_study.py', cls.path(name))
+            assert done.returncode == 0, done.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    @classmethod
+    def path(cls, name, text=None):
+        path = os.path.join(cls.folder, name)
+        if text is not None:
+            with open(path, 'w', encoding='utf-8') as file:
+                file.write(text)
+        return path
+
+    def copy(self, name):
+        """A study without its pictures, to be spoilt."""
+        folder = tempfile.mkdtemp(dir=self.folder)
+        return shutil.copytree(self.path(name), os.path.join(folder, name), ignore=shutil.ignore_patterns('pictures'))
+
+    def check_picture(self, path):
+        with Image.open(path) as picture:
+            grey = np.asarray(picture.convert('L'))
+        self.assertIn(grey.shape[1], (round(300 * style.ONE_COLUMN), round(300 * style.TWO_COLUMNS)), path)
+        dark, white = np.mean(grey < 128), np.mean(grey > 250)
+        self.assertTrue(0.003 < dark < 0.3, f'{path}: {dark:.4f} of it is dark')
+        self.assertTrue(0.3 < white < 0.97, f'{path}: {white:.4f} of it is white')
+        edge = np.concatenate([grey[:2].ravel(), grey[-2:].ravel(), grey[:, :2].ravel(), grey[:, -2:].ravel()])
+        self.assertTrue(np.all(edge == 255), f'{path}: something is cut off at its edge')
+
+    def test_every_picture_is_there_and_not_blank(self):
+        for study, names in EXPECTED.items():
+            folder = self.path(f'{study}/pictures')
+            self.assertEqual(sorted(os.listdir(folder)), sorted(f'{n}.{kind}' for n in names for kind in ('png', 'svg')))
+            for name in names:
+                self.check_picture(os.path.join(folder, name + '.png'))
+                root = xml.etree.ElementTree.parse(os.path.join(folder, name + '.svg')).getroot()
+                self.assertIn(' runs', root.find('{http://www.w3.org/2000/svg}title').text)
+
+    def test_same_input_same_bytes_whatever_the_user_has_set(self):
+        self.path('matplotlibrc', 'font.size: 20\nsvg.hashsalt: other\naxes.facecolor: black\nbackend: pdf\n')
+        for study in STUDIES:
+            copy = self.copy(study)
+            done = script('plot_study.py', '.', cwd=copy, env={**os.environ, 'PYTHONHASHSEED': '7', 'TZ': 'Asia/Tokyo',
+                                                               'MATPLOTLIBRC': self.folder})
+            self.assertEqual(done.returncode, 0, done.stderr)
+            for name in os.listdir(os.path.join(copy, 'pictures')):
+                self.assertTrue(filecmp.cmp(os.path.join(copy, 'pictures', name), self.path(f'{study}/pictures/{name}'),
+                                            shallow=False), name)
+
+    def test_spreads_are_those_of_the_runs(self):
+        study = study_data.read(self.path('alone'))
+        self.assertEqual((study.runs, study.failed), (32, 4))
+        self.assertIn('32 runs, 4 a point, 4 failed', study.counted)
+        with open(self.path('alone/runs.csv'), encoding='utf-8') as file:
+            base = [float(r['coupler_force_peak']) / KIP for r in csv.DictReader(file) if r['point'] == '0']
+        spread = one_at_a_time.base_spread(study, study.outcomes[1])
+        np.testing.assert_allclose((spread.low, spread.median, spread.high), np.quantile(base, (0.05, 0.5, 0.95)))
+
+    def test_lines_hold_change_over_change(self):
+        study = study_data.read(self.path('alone'))
+        speed, weight, law, limit = one_at_a_time.lines(study, study.outcomes[1])
+        np.testing.assert_allclose([s.x for s in speed.settings], [-50.0, -20.0, 0.0, 50.0], atol=1e-9)
+        np.testing.assert_allclose([s.x for s in weight.settings], [-50.0, 0.0, 20.0], atol=1e-9)
+        self.assertEqual((law.kind, [s.text for s in law.settings]), ('choice', ['isotropic', 'guided']))
+        self.assertEqual(len(limit.known), 1, 'all runs of the other value have failed')
+        self.assertEqual([end and end.x for end in weight.ends], [s.x for s in (weight.settings[0], weight.settings[-1])])
+        scale = one_at_a_time.Scale(study.outcomes[1], one_at_a_time.base_spread(study, study.outcomes[1]))
+        self.assertAlmostEqual(scale(1.5 * scale.base.median), 50.0)
+        figure = sensitivity.overview(study, study.outcomes[1])
+        drawn = next(line for line in figure.axes[0].lines if line.get_marker() == 'o' and len(line.get_xdata()) == 4)
+        np.testing.assert_allclose(drawn.get_ydata(), [scale(s.spread.median) for s in speed.settings])
+
+    def test_axes_say_what_they_show_in_units_that_people_read(self):
+        labels = {}
+        for study in STUDIES:
+            for name, _, figure in plot_study.pictures(study_data.read(self.path(study))):
+                labels[name] = ' | '.join(t.get_text() for t in figure.findobj(lambda a: hasattr(a, 'get_text')))
+        for name, wanted in {'bands_coupler_force_peak': ['32 runs', 'kip', '(base:\u00a020\u00a0mph)', 'limit of $steps$'],
+                             'tornado_coupler_force_peak': ['peak coupler force (kip)', '10 mph | 30 mph'],
+                             'overview_closing_speed_max': ['base: ', ' mph', 'change of the input (%)'],
+                             'curves_pile_up_length': ['train speed (mph)', 'pile-up length (ft)', '36 runs, 3 a point'],
+                             'scatter_coupler_force_peak': ['coupler.stiffness (lbf/ft)', 'peak coupler force (kip)', '10⁷'],
+                             'distributions': ['32 runs', 'peak coupler force (kip)'],
+                             'sobol': ['8 samples', 'train speed']}.items():
+            for text in wanted:
+                self.assertIn(text, labels[name], name)
+
+    def test_no_label_lies_on_another(self):
+        for study in STUDIES:
+            for name, _, figure in plot_study.pictures(study_data.read(self.path(study))):
+                figure.draw_without_rendering()
+                self.check_layout(name, figure)
+
+    def check_layout(self, name, figure):
+        panels = [ax.get_tightbbox() for ax in figure.axes]
+        for i, a in enumerate(panels):
+            self.assertFalse(any(overlaps(a, b) for b in panels[:i]), f'{name}: panels overlap')
+        around = [text.get_window_extent() for text in (figure._suptitle, figure._supylabel) if text]
+        around += [legend.get_window_extent() for legend in figure.legends]
+        self.assertEqual(len(figure.legends), 1, name)
+        for i, a in enumerate(around):
+            self.assertTrue(a.x0 >= 0 and a.y0 >= 0 and a.x1 <= figure.bbox.x1 and a.y1 <= figure.bbox.y1,
+                            f'{name}: title, side label or legend leaves the picture')
+            self.assertFalse(any(overlaps(a, b) for b in panels + around[:i]), f'{name}: title, side label or legend overlaps')
+        for ax in figure.axes:
+            for axis in (ax.xaxis, ax.yaxis):
+                boxes = [t.label1.get_window_extent() for t in axis._update_ticks()
+                         if t.label1.get_visible() and t.label1.get_text()]
+                for i, a in enumerate(boxes):
+                    self.assertFalse(any(overlaps(a, b) for b in boxes[:i]), f'{name}: numbers of an axis overlap')
+
+    def test_what_is_wrong_is_named(self):
+        def refused(folder, *texts):
+            done = script('plot_study.py', folder)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertEqual(done.stderr.count('\n'), 1, done.stderr)
+            for text in texts:
+                self.assertIn(text, done.stderr)
+
+        refused('/no/such/folder', '/no/such/folder: no such folder')
+        for name in ('study.json', 'about.json', 'runs.csv', 'summary.csv', 'sobol.csv'):
+            folder = self.copy('random')
+            os.remove(os.path.join(folder, name))
+            refused(folder, os.path.join(folder, name) + ': missing')
+            with open(os.path.join(folder, name), 'w', encoding='utf-8') as file:
+                file.write('{"a",\n')
+            refused(folder, name)
+        folder = self.copy('grid')
+        with open(os.path.join(folder, 'about.json'), encoding='utf-8') as file:
+            about = json.load(file)
+        del about['columns']['initial.speed']
+        with open(os.path.join(folder, 'about.json'), 'w', encoding='utf-8') as file:
+            json.dump(about, file)
+        refused(folder, 'about.json', 'initial.speed', '--resume')
+
+    def test_pictures_that_cannot_be_written_are_said(self):
+        folder = self.copy('grid')
+        with open(os.path.join(folder, 'pictures'), 'w', encoding='utf-8'):
+            pass
+        done = script('plot_study.py', folder)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(os.path.join(folder, 'pictures'), done.stderr)
+
+    def test_report_embeds_the_pictures(self):
+        for study, names in EXPECTED.items():
+            derail('report', self.path(study))
+            with open(self.path(f'{study}/report.html'), encoding='utf-8') as file:
+                text = file.read()
+            page = Page()
+            page.feed(text)
+            self.assertEqual(len(page.images), len(names))
+            self.assertEqual([load for load in page.loads if not load.startswith('data:image/svg+xml;base64,')], [])
+            root = xml.etree.ElementTree.fromstring(text)
+            self.assertEqual(len(root.findall('.//figcaption')), len(names))
+
+    def test_run_pictures(self):
+        derail('run', self.path('scenario.yaml'), '--csv', self.path('states.csv'))
+        done = script('plot_run.py', self.path('states.csv'), '--out', self.path('run'), '--derail', DERAIL,
+                      '--scenario', self.path('scenario.yaml'))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        names = ['states_forces.png', 'states_forces.svg', 'states_layout.png', 'states_layout.svg']
+        self.assertEqual(sorted(os.listdir(self.path('run'))), names)
+        for name in names[::2]:
+            self.check_picture(self.path('run/' + name))
+        again = script('plot_run.py', self.path('states.csv'), '--out', self.path('again'), '--derail', DERAIL,
+                       '--scenario', self.path('scenario.yaml'))
+        self.assertEqual(again.returncode, 0, again.stderr)
+        for name in names:
+            self.assertTrue(filecmp.cmp(self.path('run/' + name), self.path('again/' + name), shallow=False), name)
+
+        states = run_data.read_states(self.path('states.csv'))
+        lengths, widths = run_data.sizes_from_scenario(self.path('scenario.yaml'), [], DERAIL, 4)
+        np.testing.assert_allclose(lengths, 61.1 * FOOT)
+        np.testing.assert_allclose(widths, 9 * FOOT)
+        np.testing.assert_allclose(run_data.sizes_from_states('states.csv', states)[0], lengths, rtol=1e-6)
+        corners = run_pictures._corners(states, lengths, widths, -1)
+        np.testing.assert_allclose(corners.mean(axis=1) * FOOT, np.stack([states.x_m[-1], states.y_m[-1]], axis=1))
+        sides = np.hypot(*np.moveaxis(corners - np.roll(corners, 1, axis=1), 2, 0))
+        np.testing.assert_allclose(np.sort(sides, axis=1), np.tile([9.0, 9.0, 61.1, 61.1], (4, 1)))
+        figure = run_pictures.layout(states, lengths, widths, '')
+        self.assertEqual([ax.get_aspect() for ax in figure.axes], [1.0] * len(figure.axes), 'to scale')
+
+        force = run_pictures._pooled(np.array([[0.0], [-3.0], [2.0]] * 1000))[0]
+        self.assertTrue(np.all(force == -3.0) and len(force) <= run_pictures.CELLS, 'no peak is lost')
+
+    def test_run_refusals(self):
+        derail('run', self.path('scenario.yaml'), '--csv', self.path('alone.csv'), '--set', 'consist[0].count=1')
+        with open(self.path('alone.csv'), encoding='utf-8') as file:
+            text = file.read()
+        for arguments, said in [
+                ([self.path('none.csv')], 'none.csv: No such file'),
+                ([self.path('scenario.yaml')], 'scenario.yaml: no column time_s'),
+                ([self.path('alone.csv')], 'give --scenario'),
+                ([self.path('alone.csv'), '--scenario', self.path('scenario.yaml'), '--derail', DERAIL], '4 cars'),
+                ([self.path('alone.csv'), '--scenario', self.path('none.yaml'), '--derail', DERAIL], 'none.yaml'),
+                ([self.path('alone.csv'), '--scenario', 'x', '--derail', '/no/derail'], '/no/derail: no such program'),
+                ([self.path('torn.csv', text[:-200])], 'torn.csv')]:
+            done = script('plot_run.py', *arguments)
+            self.assertEqual((done.returncode, done.stderr.count('\n')), (2, 1), done.stderr)
+            self.assertIn(said, done.stderr)
+
+
+if __name__ == '__main__':
+    DERAIL = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
