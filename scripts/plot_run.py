@@ -25,14 +25,14 @@ def default_derail():
     return beside if os.access(beside, os.X_OK) else 'derail'
 
 
-def arguments():
+def parsed(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('states', metavar='STATES.csv', help='from derail run --csv')
     parser.add_argument('--out', metavar='DIR', help='folder of the pictures; default: that of STATES.csv')
     parser.add_argument('--scenario', metavar='FILE', help='scenario of the run, for the size of the cars')
     parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[], help='as it was given to derail run')
     parser.add_argument('--derail', metavar='PROGRAM', default=default_derail(), help='reads the scenario')
-    return parser.parse_args()
+    return parser.parse_args(arguments)
 
 
 def pictures(a):
@@ -47,8 +47,8 @@ def pictures(a):
     yield f'{stem}_forces', 'Axial force of every coupler over time, and its peaks', run_pictures.forces(states)
 
 
-def main():
-    a = arguments()
+def main(arguments=None):
+    a = parsed(arguments)
     out = a.out or os.path.dirname(a.states) or '.'
     style.apply()
     try:

@@ -51,10 +51,10 @@ def pictures(study):
             yield f'{kind}_{outcome.name}', caption, draw(study, outcome)
 
 
-def main():
+def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('folder', metavar='DIR', help='results of derail study')
-    folder = parser.parse_args().folder
+    folder = parser.parse_args(arguments).folder
     out = os.path.join(folder, 'pictures')
     style.apply()
     try:

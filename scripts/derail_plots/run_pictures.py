@@ -1,7 +1,6 @@
 """Pictures of one run: the final layout to scale, coupler forces over car and time."""
 
 import numpy as np
-from matplotlib import pyplot
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import FuncNorm, LinearSegmentedColormap
 from matplotlib.lines import Line2D
@@ -74,9 +73,8 @@ def layout(states, lengths, widths, note):
     if shown < states.cars:
         windows.append(_window(corners[:shown], margin))
     heights = [height for _, _, height in windows]
-    size = style.TWO_COLUMNS, sum(heights) + 0.32 * len(windows) + 0.6
-    figure, axes = pyplot.subplots(len(windows), 1, figsize=size, layout='constrained', squeeze=False,
-                                   gridspec_kw={'height_ratios': heights})
+    figure = style.new_figure(style.TWO_COLUMNS, sum(heights) + 0.32 * len(windows) + 0.6)
+    axes = figure.subplots(len(windows), 1, squeeze=False, gridspec_kw={'height_ratios': heights})
     for ax, (x, y, _) in zip(axes[:, 0], windows):
         _cars(ax, corners, off)
         ax.set(xlim=x, ylim=y, ylabel='ft')
@@ -129,8 +127,8 @@ def forces(states):
     if states.cars < 2 or len(states.time) < 2:
         return None
     force = states.coupler_axial_N[:, :-1] / KIP
-    figure, (ax, side) = pyplot.subplots(1, 2, figsize=(style.TWO_COLUMNS, 3.6), layout='constrained', sharey=True,
-                                         gridspec_kw={'width_ratios': [3.2, 1.0]})
+    figure = style.new_figure(style.TWO_COLUMNS, 3.6)
+    ax, side = figure.subplots(1, 2, sharey=True, gridspec_kw={'width_ratios': [3.2, 1.0]})
     mesh, peak = _map(ax, states, force)
     bar = figure.colorbar(mesh, ax=ax, label='axial force (kip); buff +, draft \N{MINUS SIGN}', pad=0.02, aspect=30,
                           ticks=_ticks(peak))

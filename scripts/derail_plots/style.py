@@ -5,10 +5,9 @@ import os
 import textwrap
 
 import matplotlib
-
-matplotlib.use('Agg')
-from matplotlib import pyplot  # noqa: E402  (the backend is chosen first: no display is needed)
-from matplotlib.ticker import NullFormatter  # noqa: E402
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 ONE_COLUMN = 3.5
 TWO_COLUMNS = 7.2
@@ -59,11 +58,18 @@ def series(i):
             'linestyle': DASHES[i % len(DASHES)]}
 
 
+def new_figure(width, height):
+    """Needs no display, and is forgotten with its last name."""
+    figure = Figure(figsize=(width, height), layout='constrained')
+    FigureCanvasAgg(figure)
+    return figure
+
+
 def panels(count, columns, width, row_height, **shared):
     """A figure of `count` panels in `columns`; `x=True`, `y=True`: they share that axis."""
     columns = min(columns, count)
     rows = -(-count // columns)
-    figure = pyplot.figure(figsize=(width, row_height * rows + 0.4), layout='constrained')
+    figure = new_figure(width, row_height * rows + 0.4)
     grid = figure.add_gridspec(rows, columns)
     axes = []
     for i in range(count):
@@ -140,5 +146,4 @@ def save(figure, folder, name, caption):
     paths = [os.path.join(folder, f'{name}.{kind}') for kind in ('svg', 'png')]
     figure.savefig(paths[0], metadata={'Date': None, 'Creator': None, 'Title': caption})
     figure.savefig(paths[1], metadata={'Software': None, 'Title': caption})
-    pyplot.close(figure)
     return paths

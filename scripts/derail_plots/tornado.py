@@ -9,6 +9,7 @@ from derail_plots.one_at_a_time import base_spread, detail, lines
 HIGH = {'facecolor': style.COLOURS[0], 'edgecolor': 'black', 'linewidth': 0.6}
 LOW = {'facecolor': '#FBD9B5', 'edgecolor': 'black', 'linewidth': 0.6, 'hatch': '\\\\\\\\'}
 HEIGHT = 0.36  # of a bar; an input has two
+LABEL_WIDTH = 24
 
 
 def _reach(line):
@@ -19,7 +20,7 @@ def _reach(line):
 
 def _label(line):
     values = [line.factor.text(end.text) for end in line.ends if end]
-    return f'{line.factor.title}\n' + ' | '.join(values)
+    return style.wrapped(line.factor.title, LABEL_WIDTH) + '\n' + style.wrapped(' | '.join(values), LABEL_WIDTH)
 
 
 def _bar(ax, end, y, start, look):
@@ -37,14 +38,16 @@ def tornado(study, outcome):
     if not base.known:
         return None
     ordered = sorted(lines(study, outcome), key=_reach)  # the widest ends up on top
-    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 0.45 * len(ordered) + 0.8)
+    labels = [_label(line) for line in ordered]
+    rows = max([2] + [label.count('\n') + 1 for label in labels])
+    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, (0.15 + 0.15 * rows) * len(ordered) + 0.8)
     ax.axvspan(base.low, base.high, zorder=0.5, **style.BASE_BAND)
     for y, line in enumerate(ordered):
         low, high = line.ends
         _bar(ax, high, y + 0.5 * HEIGHT, base.median, HIGH)
         _bar(ax, low, y - 0.5 * HEIGHT, base.median, LOW)
     ax.axvline(base.median, color='black', linewidth=0.9)
-    ax.set_yticks(range(len(ordered)), [_label(line) for line in ordered])
+    ax.set_yticks(range(len(ordered)), labels)
     ax.set_ylim(-0.6, len(ordered) - 0.4)
     ax.tick_params(axis='y', length=0)
     ax.grid(False, axis='y')

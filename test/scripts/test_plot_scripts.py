@@ -4,9 +4,11 @@
   test_plot_scripts.py path/to/derail
 """
 
+import contextlib
 import csv
 import filecmp
 import html.parser
+import io
 import json
 import os
 import shutil
@@ -16,6 +18,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
+import matplotlib.text
 import numpy as np
 from PIL import Image
 
@@ -23,6 +26,7 @@ SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '
 sys.dont_write_bytecode = True
 sys.path.insert(0, SCRIPTS)
 
+import plot_run  # noqa: E402
 import plot_study  # noqa: E402
 from derail_plots import one_at_a_time, run_data, run_pictures, sensitivity, study_data, style  # noqa: E402
 
@@ -86,6 +90,12 @@ def script(name, *arguments, **options):
                           check=False, **options)
 
 
+def refusal(main, *arguments):
+    """Exit code and error text of a script's main."""
+    with contextlib.redirect_stderr(io.StringIO()) as said:
+        return main(arguments), said.getvalue()
+
+
 def overlaps(a, b):
     """Of two boxes in pixels; a touch is none."""
     return min(a.x1, b.x1) - max(a.x0, b.x0) > 0.5 and min(a.y1, b.y1) - max(a.y0, b.y0) > 0.5
@@ -110,12 +120,16 @@ class PlotTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         style.apply()
+        cls.figures = {}
         cls.folder = tempfile.mkdtemp(prefix='derail_plots_')
         cls.path('scenario.yaml', SCENARIO)
         for name, text in STUDIES.items():
             derail('study', cls.path(f'{name}.yaml', text), '--out', cls.path(name))
             done = script('plot_study.py', cls.path(name))
             assert done.returncode == 0, done.stderr
+            cls.figures.update((n, figure) for n, _, figure in plot_study.pictures(study_data.read(cls.path(name))))
+        for figure in cls.figures.values():
+            figure.draw_without_rendering()
 
     @classmethod
     def tearDownClass(cls):
@@ -188,10 +202,8 @@ class PlotTest(unittest.TestCase):
         np.testing.assert_allclose(drawn.get_ydata(), [scale(s.spread.median) for s in speed.settings])
 
     def test_axes_say_what_they_show_in_units_that_people_read(self):
-        labels = {}
-        for study in STUDIES:
-            for name, _, figure in plot_study.pictures(study_data.read(self.path(study))):
-                labels[name] = ' | '.join(t.get_text() for t in figure.findobj(lambda a: hasattr(a, 'get_text')))
+        labels = {name: ' | '.join(t.get_text() for t in figure.findobj(matplotlib.text.Text))
+                  for name, figure in self.figures.items()}
         for name, wanted in {'bands_coupler_force_peak': ['32 runs', 'kip', '(base:\u00a020\u00a0mph)', 'limit of $steps$'],
                              'tornado_coupler_force_peak': ['peak coupler force (kip)', '10 mph | 30 mph'],
                              'overview_closing_speed_max': ['base: ', ' mph', 'change of the input (%)'],
@@ -203,10 +215,8 @@ class PlotTest(unittest.TestCase):
                 self.assertIn(text, labels[name], name)
 
     def test_no_label_lies_on_another(self):
-        for study in STUDIES:
-            for name, _, figure in plot_study.pictures(study_data.read(self.path(study))):
-                figure.draw_without_rendering()
-                self.check_layout(name, figure)
+        for name, figure in self.figures.items():
+            self.check_layout(name, figure)
 
     def check_layout(self, name, figure):
         panels = [ax.get_tightbbox() for ax in figure.axes]
@@ -228,11 +238,10 @@ class PlotTest(unittest.TestCase):
 
     def test_what_is_wrong_is_named(self):
         def refused(folder, *texts):
-            done = script('plot_study.py', folder)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertEqual(done.stderr.count('\n'), 1, done.stderr)
+            code, said = refusal(plot_study.main, folder)
+            self.assertEqual((code, said.count('\n')), (2, 1), said)
             for text in texts:
-                self.assertIn(text, done.stderr)
+                self.assertIn(text, said)
 
         refused('/no/such/folder', '/no/such/folder: no such folder')
         for name in ('study.json', 'about.json', 'runs.csv', 'summary.csv', 'sobol.csv'):
@@ -254,9 +263,9 @@ class PlotTest(unittest.TestCase):
         folder = self.copy('grid')
         with open(os.path.join(folder, 'pictures'), 'w', encoding='utf-8'):
             pass
-        done = script('plot_study.py', folder)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn(os.path.join(folder, 'pictures'), done.stderr)
+        code, said = refusal(plot_study.main, folder)
+        self.assertEqual(code, 1)
+        self.assertIn(os.path.join(folder, 'pictures'), said)
 
     def test_report_embeds_the_pictures(self):
         for study, names in EXPECTED.items():
@@ -304,7 +313,7 @@ class PlotTest(unittest.TestCase):
         derail('run', self.path('scenario.yaml'), '--csv', self.path('alone.csv'), '--set', 'consist[0].count=1')
         with open(self.path('alone.csv'), encoding='utf-8') as file:
             text = file.read()
-        for arguments, said in [
+        for arguments, wanted in [
                 ([self.path('none.csv')], 'none.csv: No such file'),
                 ([self.path('scenario.yaml')], 'scenario.yaml: no column time_s'),
                 ([self.path('alone.csv')], 'give --scenario'),
@@ -312,9 +321,9 @@ class PlotTest(unittest.TestCase):
                 ([self.path('alone.csv'), '--scenario', self.path('none.yaml'), '--derail', DERAIL], 'none.yaml'),
                 ([self.path('alone.csv'), '--scenario', 'x', '--derail', '/no/derail'], '/no/derail: no such program'),
                 ([self.path('torn.csv', text[:-200])], 'torn.csv')]:
-            done = script('plot_run.py', *arguments)
-            self.assertEqual((done.returncode, done.stderr.count('\n')), (2, 1), done.stderr)
-            self.assertIn(said, done.stderr)
+            code, said = refusal(plot_run.main, *arguments)
+            self.assertEqual((code, said.count('\n')), (2, 1), said)
+            self.assertIn(wanted, said)
 
 
 if __name__ == '__main__':
