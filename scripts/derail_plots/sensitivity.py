@@ -10,7 +10,13 @@ COLOUR = style.COLOURS[0]
 APART = 1.4  # % of the input by which points of different inputs are set apart sideways
 
 
-def _x_axis(ax, line):
+def _limits(some):
+    """Ends of the axis on which these lines lie."""
+    xs = [s.x for line in some for s in line.settings]
+    return min(xs), max(max(xs), min(xs) + 1e-3)
+
+
+def _x_axis(ax, line, limits):
     base = f'(base: {line.factor.text(line.base_text)})'.replace(' ', '\N{NO-BREAK SPACE}')
     ax.set_title(style.wrapped(f'{line.factor.title} {base}'))
     if line.kind == 'choice':
@@ -21,6 +27,8 @@ def _x_axis(ax, line):
         ax.xaxis.set_major_formatter(style.signed)
     if len(line.settings) <= 5:
         ax.set_xticks([s.x for s in line.settings])
+    low, high = limits
+    ax.set_xlim(low - 0.05 * (high - low), high + 0.05 * (high - low))
 
 
 def _band(ax, line, scale):
@@ -52,7 +60,7 @@ def bands(study, outcome):
     for ax, line in zip(axes, all_lines):
         _base_band(ax, base, scale)
         _band(ax, line, scale)
-        _x_axis(ax, line)
+        _x_axis(ax, line, _limits(all_lines if alike else [line]))
     for ax, line in list(zip(axes, all_lines))[-3 if alike else 0:]:
         ax.set_xlabel({'change': 'change of the input (%)', 'value': line.factor.label, 'choice': ''}[line.kind])
     if scale.relative:

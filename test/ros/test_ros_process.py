@@ -18,12 +18,22 @@ from train_derail.msg import CarStates
 LIMIT = 30.0  # wall seconds for anything
 
 
-def start_node(name, parameters, scenario):
+def end(node):
+    if node.poll() is None:
+        node.kill()
+        node.wait()
+    node.stdout.close()
+    node.stderr.close()
+
+
+def start_node(test, name, parameters, scenario):
     rospy.set_param('/' + name, parameters)
     if scenario is not None:
         rospy.set_param('/' + name + '/scenario', scenario)
     program = roslib.packages.find_node('train_derail', 'train_derail_node')[0]
-    return subprocess.Popen([program, '__name:=' + name], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    node = subprocess.Popen([program, '__name:=' + name], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    test.addCleanup(end, node)
+    return node
 
 
 def changed(scenario, path, value):
@@ -65,7 +75,7 @@ class ProcessTest(unittest.TestCase):
         ]
         nodes = []
         for number, (parameters, scenario, said) in enumerate(cases):
-            nodes.append((start_node('bad_input_%d' % number, parameters, scenario), said))
+            nodes.append((start_node(self, 'bad_input_%d' % number, parameters, scenario), said))
         for node, said in nodes:
             _, errors = node.communicate(timeout=LIMIT)
             self.assertEqual(node.returncode, 2, errors)
@@ -76,19 +86,19 @@ class ProcessTest(unittest.TestCase):
 
     def test_number_as_text_is_a_number(self):
         scenario = changed(self.scenario, ['solver'], {'rtol': '1e-5', 'atol': 1.0e-6})
-        node = start_node('as_text', {'rate': '0', 'exit_when_done': True}, scenario)
+        node = start_node(self, 'as_text', {'rate': '0', 'exit_when_done': True}, scenario)
         _, errors = node.communicate(timeout=LIMIT)
         self.assertEqual(node.returncode, 0, errors)
 
     def test_exits_when_done_with_the_outcome(self):
-        node = start_node('done', {'rate': 0, 'exit_when_done': True}, self.scenario)
+        node = start_node(self, 'done', {'rate': 0, 'exit_when_done': True}, self.scenario)
         output, errors = node.communicate(timeout=LIMIT)
         self.assertEqual(node.returncode, 0, errors)
         self.assertRegex(output, r'(?m)^cars +12$')
         self.assertIn('past the point of derailment', output)
 
     def test_failed_integration_has_an_exit_code_of_its_own(self):
-        node = start_node('failing', {'rate': 0, 'exit_when_done': True, 'set': 'solver.steps_max=10'}, self.scenario)
+        node = start_node(self, 'failing', {'rate': 0, 'exit_when_done': True, 'set': 'solver.steps_max=10'}, self.scenario)
         _, errors = node.communicate(timeout=LIMIT)
         self.assertEqual(node.returncode, 3, errors)
         self.assertTrue(re.search('integration failed', errors), errors)
@@ -96,7 +106,7 @@ class ProcessTest(unittest.TestCase):
     def test_interrupt_and_termination_end_it_cleanly(self):
         for number, signal_sent in enumerate([signal.SIGINT, signal.SIGTERM]):
             name = 'interrupted_%d' % number
-            node = start_node(name, {'rate': 0.1}, self.scenario)
+            node = start_node(self, name, {'rate': 0.1}, self.scenario)
             message = rospy.wait_for_message('/%s/cars' % name, CarStates, timeout=LIMIT)
             self.assertLess(message.time, 3.0)
             node.send_signal(signal_sent)
