@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Draws one run: the train's final layout to scale, and the coupler forces over car and time; PNG and SVG.
+"""Draws one run: the train's final layout to scale, coupler forces over car and time; PNG and SVG.
 
   derail run my_train.yaml --csv states.csv
   rosrun train_derail plot_run.py states.csv --scenario my_train.yaml
 
-The states do not hold the size of the cars. Without --scenario their common length is taken from the gaps of the first
-state, and they are drawn 10 ft wide.
+The states do not hold the size of the cars. Without --scenario their common length is taken from
+the gaps of the first state, and they are drawn 10 ft wide.
 Exit codes: 0 done, 1 a picture could not be written, 2 something is wrong with an input.
 """
 
@@ -13,7 +13,9 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))  # a catkin devel space runs this file from elsewhere
+sys.path.insert(
+    0, os.path.dirname(os.path.realpath(__file__))
+)  # a catkin devel space runs this file from elsewhere
 
 from derail_plots import run_data, run_pictures, style  # noqa: E402
 from derail_plots.errors import DataError  # noqa: E402
@@ -26,12 +28,26 @@ def default_derail():
 
 
 def parsed(arguments):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument('states', metavar='STATES.csv', help='from derail run --csv')
-    parser.add_argument('--out', metavar='DIR', help='folder of the pictures; default: that of STATES.csv')
-    parser.add_argument('--scenario', metavar='FILE', help='scenario of the run, for the size of the cars')
-    parser.add_argument('--set', metavar='KEY=VALUE', action='append', default=[], help='as it was given to derail run')
-    parser.add_argument('--derail', metavar='PROGRAM', default=default_derail(), help='reads the scenario')
+    parser.add_argument(
+        '--out', metavar='DIR', help='folder of the pictures; default: that of STATES.csv'
+    )
+    parser.add_argument(
+        '--scenario', metavar='FILE', help='scenario of the run, for the size of the cars'
+    )
+    parser.add_argument(
+        '--set',
+        metavar='KEY=VALUE',
+        action='append',
+        default=[],
+        help='as it was given to derail run',
+    )
+    parser.add_argument(
+        '--derail', metavar='PROGRAM', default=default_derail(), help='reads the scenario'
+    )
     return parser.parse_args(arguments)
 
 
@@ -43,8 +59,10 @@ def pictures(a):
         sizes, note = run_data.sizes_from_scenario(a.scenario, a.set, a.derail, states.cars), ''
     else:
         sizes, note = run_data.sizes_from_states(a.states, states), '; width assumed'
-    yield f'{stem}_layout', f'The train after {states.time[-1]:.4g} s, to scale', run_pictures.layout(states, *sizes, note)
-    yield f'{stem}_forces', 'Axial force of every coupler over time, and its peaks', run_pictures.forces(states)
+    caption = f'The train after {states.time[-1]:.4g} s, to scale'
+    yield f'{stem}_layout', caption, run_pictures.layout(states, *sizes, note)
+    caption = 'Axial force of every coupler over time, and its peaks'
+    yield f'{stem}_forces', caption, run_pictures.forces(states)
 
 
 def main(arguments=None):
@@ -52,7 +70,11 @@ def main(arguments=None):
     out = a.out or os.path.dirname(a.states) or '.'
     style.apply()
     try:
-        count = sum(len(style.save(figure, out, name, caption)) for name, caption, figure in pictures(a) if figure)
+        count = sum(
+            len(style.save(figure, out, name, caption))
+            for name, caption, figure in pictures(a)
+            if figure
+        )
     except DataError as e:
         print(f'plot_run.py: {e}', file=sys.stderr)
         return 2

@@ -10,14 +10,20 @@ import argparse
 import os
 import sys
 
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))  # a catkin devel space runs this file from elsewhere
+sys.path.insert(
+    0, os.path.dirname(os.path.realpath(__file__))
+)  # a catkin devel space runs this file from elsewhere
 
 from derail_plots import grid, random_plans, sensitivity, study_data, style, tornado  # noqa: E402
 from derail_plots.errors import DataError  # noqa: E402
 
 SAMPLED = {'distributions': random_plans.distributions}
 BY_OUTCOME = {
-    'one_at_a_time': {'tornado': tornado.tornado, 'overview': sensitivity.overview, 'bands': sensitivity.bands},
+    'one_at_a_time': {
+        'tornado': tornado.tornado,
+        'overview': sensitivity.overview,
+        'bands': sensitivity.bands,
+    },
     'grid': {'curves': grid.curves},
     'latin_hypercube': {'scatter': random_plans.scatter},
     'sobol': {'scatter': random_plans.scatter},
@@ -30,12 +36,12 @@ OF_ALL_OUTCOMES = {
 }
 CAPTIONS = {
     'tornado': 'What the lowest and the highest value of each input do',
-    'overview': 'Change over the change of each input; points of different inputs are set apart sideways',
+    'overview': 'Change over the change of each input; points are set apart sideways',
     'bands': 'Change over the change of each input, with the 5\N{EN DASH}95 % band of the runs',
     'curves': 'Median and 5\N{EN DASH}95 % band of the runs over the inputs',
     'scatter': 'Every run over each input, and the trend',
     'distributions': 'How the outcomes are distributed over all runs',
-    'sobol': "Sobol indices: the share of each input in the outcome's variance, with 95 % confidence intervals",
+    'sobol': "Sobol indices: shares of the inputs in an outcome's variance, with 95 % confidence",
 }
 
 
@@ -47,12 +53,16 @@ def pictures(study):
         yield kind, f'{CAPTIONS[kind]} ({study.counted})', draw(study)
     for outcome in study.outcomes:
         for kind, draw in BY_OUTCOME[study.plan].items():
-            caption = f'{outcome.title[0].upper()}{outcome.title[1:]}. {CAPTIONS[kind]} ({study.counted})'
+            caption = (
+                f'{outcome.title[0].upper()}{outcome.title[1:]}. {CAPTIONS[kind]} ({study.counted})'
+            )
             yield f'{kind}_{outcome.name}', caption, draw(study, outcome)
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument('folder', metavar='DIR', help='results of derail study')
     folder = parser.parse_args(arguments).folder
     out = os.path.join(folder, 'pictures')

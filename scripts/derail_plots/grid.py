@@ -1,4 +1,4 @@
-"""Plan grid: an outcome over the first input, a line a value of the second, a panel a combination of the others."""
+"""Plan grid: an outcome over the first input; a line a value of the second, a panel the others."""
 
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -7,7 +7,7 @@ from derail_plots import style
 
 
 def _panels(study):
-    """Values of the third and later inputs -> values of the second -> points, in the order of the study."""
+    """Values of the third and later inputs -> values of the second -> points."""
     split = {}
     for point, values in sorted(study.points.items()):
         _, *rest = (values[f.name] for f in study.factors)
@@ -39,17 +39,30 @@ def curves(study, outcome):
     split = _panels(study)
     columns = min(len(split), 3)
     width = style.ONE_COLUMN if columns == 1 else style.TWO_COLUMNS
-    figure, axes = style.panels(len(split), columns, width, 2.4 if columns == 1 else 2.1, x=True, y=True)
+    figure, axes = style.panels(
+        len(split), columns, width, 2.4 if columns == 1 else 2.1, x=True, y=True
+    )
     seconds = list(dict.fromkeys(second for panel in split.values() for second in panel))
     for ax, (others, panel) in zip(axes, split.items()):
         for second, points in panel.items():
             _curve(ax, study, outcome, points, style.series(seconds.index(second)))
         if others:
-            ax.set_title(style.wrapped('; '.join(f'{f.title}: {f.text(v)}' for f, v in zip(rest[1:], others))))
+            ax.set_title(
+                style.wrapped(
+                    '; '.join(f'{f.title}: {f.text(v)}' for f, v in zip(rest[1:], others))
+                )
+            )
     for ax in style.lowest(axes, columns):
         ax.set_xlabel(first.label)
-    handles = [Line2D([], [], label=f'{rest[0].title}: {rest[0].text(second)}' if rest else 'median',
-                      **style.series(i)) for i, second in enumerate(seconds)]
+    handles = [
+        Line2D(
+            [],
+            [],
+            label=f'{rest[0].title}: {rest[0].text(second)}' if rest else 'median',
+            **style.series(i),
+        )
+        for i, second in enumerate(seconds)
+    ]
     colour = style.COLOURS[0] if len(seconds) == 1 else '0.5'
     handles.append(Patch(facecolor=colour, alpha=0.22, label='5\N{EN DASH}95 % of runs'))
     style.legend(figure, handles, 2 if columns == 1 else 4)

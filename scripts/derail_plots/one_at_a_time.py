@@ -11,8 +11,8 @@ from derail_plots.style import number
 class Setting:
     """One value of one input, all others at their base."""
 
-    text: str        # SI, as in the files
-    x: float         # its place on the axis: change in %, shown unit, or rank of a choice
+    text: str  # SI, as in the files
+    x: float  # its place on the axis: change in %, shown unit, or rank of a choice
     spread: Spread
 
 
@@ -22,7 +22,7 @@ class Line:
 
     factor: Column
     base_text: str
-    kind: str        # 'change', 'value' or 'choice'
+    kind: str  # 'change', 'value' or 'choice'
     settings: list
 
     @property
@@ -31,7 +31,10 @@ class Line:
 
     @property
     def ends(self):
-        """Settings at the lowest and the highest input (of choices: outcome), the base left out; None where there is none."""
+        """Settings at the lowest and the highest input (of choices: outcome), the base left out.
+
+        None where there is none.
+        """
         others = [s for s in self.known if s.text != self.base_text]
         if self.kind == 'choice':
             others.sort(key=lambda s: s.spread.median)
@@ -43,12 +46,14 @@ class Line:
 
 
 class Scale:
-    """Turns an outcome into its change from the base in %; leaves it as it is where the base is zero or not known."""
+    """Turns an outcome into its change from the base in %, if the base is neither zero nor NaN."""
 
     def __init__(self, outcome, base):
         self.relative = base.known and base.median != 0.0
         self.base = base
-        self.label = f'change of {outcome.title}\N{NO-BREAK SPACE}(%)' if self.relative else outcome.label
+        self.label = (
+            f'change of {outcome.title}\N{NO-BREAK SPACE}(%)' if self.relative else outcome.label
+        )
 
     def __call__(self, value):
         return 100.0 * (value / self.base.median - 1.0) if self.relative else value
@@ -70,14 +75,24 @@ def base_spread(study, outcome):
 def _line(study, factor, outcome):
     base_text = study.base[factor.name]
     found = [(base_text, base_spread(study, outcome))]
-    found += [(values[factor.name], study.spread(point, outcome)) for point, values in study.points.items()
-              if _changed(study, values) is factor]
+    found += [
+        (values[factor.name], study.spread(point, outcome))
+        for point, values in study.points.items()
+        if _changed(study, values) is factor
+    ]
     if not factor.numeric:
-        return Line(factor, base_text, 'choice', [Setting(t, i, s) for i, (t, s) in enumerate(found)])
+        return Line(
+            factor, base_text, 'choice', [Setting(t, i, s) for i, (t, s) in enumerate(found)]
+        )
     base = factor.shown(base_text)
     relative = base != 0.0 and math.isfinite(base)
-    settings = [Setting(t, 100.0 * (factor.shown(t) / base - 1.0) if relative else factor.shown(t), s) for t, s in found]
-    return Line(factor, base_text, 'change' if relative else 'value', sorted(settings, key=lambda s: s.x))
+    settings = [
+        Setting(t, 100.0 * (factor.shown(t) / base - 1.0) if relative else factor.shown(t), s)
+        for t, s in found
+    ]
+    return Line(
+        factor, base_text, 'change' if relative else 'value', sorted(settings, key=lambda s: s.x)
+    )
 
 
 def lines(study, outcome):

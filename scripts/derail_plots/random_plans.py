@@ -39,7 +39,10 @@ def _histogram(ax, outcome, values, spread):
     for edge in (spread.low, spread.high):
         ax.axvline(edge, color='black', linestyle=style.DASHES[1])
     number = style.number
-    ax.set_title(f'median {number(spread.median)}; 5\N{EN DASH}95 %: {number(spread.low)} to {number(spread.high)}')
+    ax.set_title(
+        f'median {number(spread.median)}; '
+        f'5\N{EN DASH}95 %: {number(spread.low)} to {number(spread.high)}'
+    )
     ax.set_xlabel(outcome.label)
     ax.set_ylabel('runs')
 
@@ -49,14 +52,20 @@ def distributions(study):
     figure, axes = style.panels(len(study.outcomes), 2, style.TWO_COLUMNS, 1.75)
     for ax, outcome in zip(axes, study.outcomes):
         _histogram(ax, outcome, study.samples[outcome.name], study.spread(-1, outcome))
-    style.legend(figure, [Line2D([], [], color='black', label='median'),
-                         Line2D([], [], color='black', linestyle=style.DASHES[1], label='5 % and 95 %')], 2)
+    style.legend(
+        figure,
+        [
+            Line2D([], [], color='black', label='median'),
+            Line2D([], [], color='black', linestyle=style.DASHES[1], label='5 % and 95 %'),
+        ],
+        2,
+    )
     style.heading(figure, 'distribution of the outcomes', study.counted)
     return figure
 
 
 def _groups(x):
-    """Masks of runs with about the same input: each value if there are few, else equally many runs each."""
+    """Masks of runs with about the same input: each value if few, else equally many runs each."""
     values = np.unique(x)
     if values.size <= 12:
         return [x == v for v in values]
@@ -69,13 +78,32 @@ def _groups(x):
 def _scatter(ax, x, y):
     finite = np.isfinite(y)
     x, y = x[finite], y[finite]
-    ax.plot(x, y, 'o', color=COLOUR, markersize=2.2, alpha=0.35, markeredgewidth=0.0, rasterized=x.size > RASTER_ABOVE)
+    ax.plot(
+        x,
+        y,
+        'o',
+        color=COLOUR,
+        markersize=2.2,
+        alpha=0.35,
+        markeredgewidth=0.0,
+        rasterized=x.size > RASTER_ABOVE,
+    )
     groups = _groups(x) if x.size else []
     middle = [np.median(x[g]) for g in groups]
-    low, median, high = (np.array([np.quantile(y[g], q) for g in groups]) for q in (0.05, 0.5, 0.95))
+    low, median, high = (
+        np.array([np.quantile(y[g], q) for g in groups]) for q in (0.05, 0.5, 0.95)
+    )
     for edge in (low, high):
         ax.plot(middle, edge, color='black', linewidth=0.9, linestyle=style.DASHES[1])
-    ax.plot(middle, median, color=TREND, marker='s', markersize=3.5, markeredgecolor='black', markeredgewidth=0.5)
+    ax.plot(
+        middle,
+        median,
+        color=TREND,
+        marker='s',
+        markersize=3.5,
+        markeredgecolor='black',
+        markeredgewidth=0.5,
+    )
 
 
 def scatter(study, outcome):
@@ -86,11 +114,33 @@ def scatter(study, outcome):
         ax.set_xlabel(factor.label)
         if factor.name in study.log_factors:
             style.logarithmic(ax)
-    style.legend(figure, [Line2D([], [], color=COLOUR, marker='o', linestyle='none', markersize=2.2, label='a run'),
-                         Line2D([], [], color=TREND, marker='s', markersize=3.5, markeredgecolor='black',
-                                markeredgewidth=0.5, label='median of runs with like input'),
-                         Line2D([], [], color='black', linewidth=0.9, linestyle=style.DASHES[1],
-                                label='5 % and 95 % of these')], 3)
+    style.legend(
+        figure,
+        [
+            Line2D(
+                [], [], color=COLOUR, marker='o', linestyle='none', markersize=2.2, label='a run'
+            ),
+            Line2D(
+                [],
+                [],
+                color=TREND,
+                marker='s',
+                markersize=3.5,
+                markeredgecolor='black',
+                markeredgewidth=0.5,
+                label='median of runs with like input',
+            ),
+            Line2D(
+                [],
+                [],
+                color='black',
+                linewidth=0.9,
+                linestyle=style.DASHES[1],
+                label='5 % and 95 % of these',
+            ),
+        ],
+        3,
+    )
     style.side_label(figure, outcome.label)
     style.heading(figure, outcome.title, study.counted)
     return figure
@@ -99,9 +149,14 @@ def scatter(study, outcome):
 def _indices(study, outcome):
     """Factor name -> {'first': (value, low, high), 'total': ...} of an outcome."""
     try:
-        return {row['factor']: {kind: tuple(float(row[kind + end]) for end in ('', '_low', '_high'))
-                                for kind in ('first', 'total')}
-                for row in study.sobol if row['outcome'] == outcome.name}
+        return {
+            row['factor']: {
+                kind: tuple(float(row[kind + end]) for end in ('', '_low', '_high'))
+                for kind in ('first', 'total')
+            }
+            for row in study.sobol
+            if row['outcome'] == outcome.name
+        }
     except (KeyError, TypeError, ValueError) as e:
         raise DataError(f'sobol.csv: {e}') from None
 
@@ -133,9 +188,14 @@ def sobol(study):
         _sobol_panel(ax, study, outcome, indices)
     for ax in style.lowest(axes, 2):
         ax.set_xlabel("share of the outcome's variance")
-    style.legend(figure, [Patch(label='the input alone (first order)', **FIRST),
-                         Patch(label='with all interactions (total)', **TOTAL),
-                         Line2D([], [], color='black', marker='|', linewidth=0.9,
-                                label='95 % confidence')], 3)
+    style.legend(
+        figure,
+        [
+            Patch(label='the input alone (first order)', **FIRST),
+            Patch(label='with all interactions (total)', **TOTAL),
+            Line2D([], [], color='black', marker='|', linewidth=0.9, label='95 % confidence'),
+        ],
+        3,
+    )
     style.heading(figure, 'Sobol indices', f"{study.counted}, {study.sobol[0]['samples']} samples")
     return figure

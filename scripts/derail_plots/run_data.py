@@ -10,10 +10,20 @@ import yaml
 
 from derail_plots.errors import DataError
 
-FOOT = 0.3048            # m
-KIP = 4448.2216152605    # N
+FOOT = 0.3048  # m
+KIP = 4448.2216152605  # N
 DRAWN_WIDTH = 10 * FOOT  # of cars whose width is not known
-COLUMNS = ('time_s', 'car', 'x_m', 'y_m', 'theta_rad', 'past_pod', 'off_track', 'coupler_gap_m', 'coupler_axial_N')
+COLUMNS = (
+    'time_s',
+    'car',
+    'x_m',
+    'y_m',
+    'theta_rad',
+    'past_pod',
+    'off_track',
+    'coupler_gap_m',
+    'coupler_axial_N',
+)
 
 
 @dataclass(frozen=True)
@@ -50,8 +60,12 @@ def read_states(path):
     for _ in range(2):  # every second of neighbouring empty fields is left over from the first pass
         text = text.replace(',,', ',nan,')
     try:
-        table = np.loadtxt(io.StringIO(text.replace(',\n', ',nan\n')), delimiter=',', ndmin=2,
-                           usecols=[header.index(c) for c in COLUMNS])
+        table = np.loadtxt(
+            io.StringIO(text.replace(',\n', ',nan\n')),
+            delimiter=',',
+            ndmin=2,
+            usecols=[header.index(c) for c in COLUMNS],
+        )
     except ValueError as e:
         raise DataError(f'{path}: {e}') from None
     return _shaped(path, table)
@@ -59,7 +73,11 @@ def read_states(path):
 
 def _shaped(path, table):
     cars = int(table[:, 1].max()) if table.size else 0
-    if cars < 1 or len(table) % cars or np.any(table[:, 1].reshape(-1, cars) != np.arange(1, cars + 1)):
+    if (
+        cars < 1
+        or len(table) % cars
+        or np.any(table[:, 1].reshape(-1, cars) != np.arange(1, cars + 1))
+    ):
         raise DataError(f'{path}: not every time has all cars; was it written whole?')
     columns = [table[:, i].reshape(-1, cars) for i in range(len(COLUMNS))]
     return States(columns[0][:, 0], *columns[2:])
@@ -76,14 +94,19 @@ def sizes_from_scenario(scenario, overrides, derail, cars):
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise DataError(done.stderr.strip())
-    blocks = [(int(b['count']), float(b['length']), float(b['width'])) for b in yaml.safe_load(done.stdout)['consist']]
+    blocks = [
+        (int(b['count']), float(b['length']), float(b['width']))
+        for b in yaml.safe_load(done.stdout)['consist']
+    ]
     if sum(count for count, _, _ in blocks) != cars:
-        raise DataError(f'{scenario}: {sum(count for count, _, _ in blocks)} cars, but the states are of {cars}')
+        raise DataError(
+            f'{scenario}: {sum(count for count, _, _ in blocks)} cars, but the states are of {cars}'
+        )
     return tuple(np.concatenate([np.full(b[0], b[i]) for b in blocks]) for i in (1, 2))
 
 
 def sizes_from_states(path, states):
-    """The same without a scenario: the first state is a straight train, whose gaps leave room for cars of one length."""
+    """The same without a scenario: the gaps of the first, straight train tell the length."""
     if states.cars < 2:
         raise DataError(f'{path}: the length of a single car is not in it; give --scenario')
     lengths = -np.diff(states.x_m[0]) - states.coupler_gap_m[0, :-1]

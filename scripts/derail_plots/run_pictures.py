@@ -16,10 +16,15 @@ TRACK = {'color': '0.55', 'linewidth': 0.8, 'zorder': 0.5}
 DRAWN_LENGTH = 6.5  # inches of the page that the train has
 LEAST_HEIGHT = 0.45
 ROOM_FOR_NUMBERS = 0.5
-PEAKS = ({'color': style.COLOURS[0], 'marker': 'o'}, {'color': style.COLOURS[1], 'marker': 's', 'markerfacecolor': 'white'})
+PEAKS = (
+    {'color': style.COLOURS[0], 'marker': 'o'},
+    {'color': style.COLOURS[1], 'marker': 's', 'markerfacecolor': 'white'},
+)
 CELLS = 700  # of the force map along time: what a page can show
 # From draft to buff; buff ends darker, so that the two can be told apart in grey as well.
-DIVERGING = LinearSegmentedColormap.from_list('force', ['#C14A00', '#F2A25C', '#FFFFFF', '#5BA3D0', '#00263F'])
+DIVERGING = LinearSegmentedColormap.from_list(
+    'force', ['#C14A00', '#F2A25C', '#FFFFFF', '#5BA3D0', '#00263F']
+)
 
 
 def _corners(states, lengths, widths, time):
@@ -53,14 +58,22 @@ def _cars(ax, corners, off):
 
 
 def _numbers(ax, corners, count):
-    """Beside the cars, in a zigzag all towards the rear so that no two share a gap; every fifth if there are many."""
+    """Beside the cars, in a zigzag all rearwards: no two share a gap; every fifth if many."""
     points_per_foot = 72.0 * DRAWN_LENGTH / np.ptp(ax.get_xlim())
     for k in range(count) if count <= 20 else [0, *range(4, count, 5)]:
         across = (corners[k][0] - corners[k][1]) * points_per_foot
         if across[0] > 0.5 * across[1]:
             across = -across
-        ax.annotate(str(k + 1), corners[k].mean(axis=0), xytext=across * (0.5 + 5.5 / np.hypot(*across)),
-                    textcoords='offset points', fontsize=7, ha='center', va='center', zorder=5)
+        ax.annotate(
+            str(k + 1),
+            corners[k].mean(axis=0),
+            xytext=across * (0.5 + 5.5 / np.hypot(*across)),
+            textcoords='offset points',
+            fontsize=7,
+            ha='center',
+            va='center',
+            zorder=5,
+        )
 
 
 def layout(states, lengths, widths, note):
@@ -81,19 +94,40 @@ def layout(states, lengths, widths, note):
         ax.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     axes[-1, 0].set_xlabel('along the track, from the point of derailment (ft)')
     _numbers(axes[-1, 0], corners, shown)
-    style.legend(figure, [Patch(label='car off the track', **OFF_TRACK), Patch(label='car on the track', **ON_TRACK),
-                          Line2D([], [], color='black', linewidth=0.8, linestyle=style.DASHES[2],
-                                 label='point of derailment')], 3)
-    style.heading(figure, f'the train after {style.number(states.time[-1])} s, to scale',
-                  f'{off.sum()} of {states.cars} cars off the track{note}')
+    style.legend(
+        figure,
+        [
+            Patch(label='car off the track', **OFF_TRACK),
+            Patch(label='car on the track', **ON_TRACK),
+            Line2D(
+                [],
+                [],
+                color='black',
+                linewidth=0.8,
+                linestyle=style.DASHES[2],
+                label='point of derailment',
+            ),
+        ],
+        3,
+    )
+    style.heading(
+        figure,
+        f'the train after {style.number(states.time[-1])} s, to scale',
+        f'{off.sum()} of {states.cars} cars off the track{note}',
+    )
     return figure
 
 
 def _pooled(values):
-    """At most CELLS rows: of each group of times the value with the largest magnitude, so that no peak is lost."""
+    """At most CELLS rows: of each group of times the largest magnitude, so that no peak is lost."""
     step = -(-len(values) // CELLS)
     groups = [values[i:i + step] for i in range(0, len(values), step)]
-    return np.array([np.take_along_axis(g, np.abs(g).argmax(axis=0)[None], axis=0)[0] for g in groups]), step
+    return (
+        np.array(
+            [np.take_along_axis(g, np.abs(g).argmax(axis=0)[None], axis=0)[0] for g in groups]
+        ),
+        step,
+    )
 
 
 def _first(flags, time):
@@ -105,20 +139,39 @@ def _map(ax, states, force):
     pooled, step = _pooled(force)
     edges = np.append(states.time[::step], states.time[-1])
     peak = max(np.abs(force).max(), 1e-9)
-    norm = FuncNorm((lambda v: np.sign(v) * np.sqrt(np.abs(v)), lambda r: np.sign(r) * r * r), vmin=-peak, vmax=peak)
-    mesh = ax.pcolormesh(edges, np.arange(states.cars) + 0.5, pooled.T, cmap=DIVERGING, norm=norm, rasterized=True)
+    norm = FuncNorm(
+        (lambda v: np.sign(v) * np.sqrt(np.abs(v)), lambda r: np.sign(r) * r * r),
+        vmin=-peak,
+        vmax=peak,
+    )
+    mesh = ax.pcolormesh(
+        edges, np.arange(states.cars) + 0.5, pooled.T, cmap=DIVERGING, norm=norm, rasterized=True
+    )
     number = np.arange(1, states.cars + 1)
     ax.plot(_first(states.off_track > 0, states.time), number, color='black', linewidth=0.9)
-    ax.plot(_first(states.past_pod > 0, states.time), number, color='black', linewidth=0.9, linestyle=style.DASHES[1])
-    ax.set(xlabel='time (s)', ylabel='coupler behind car', ylim=(states.cars - 0.5, 0.5), xlim=(edges[0], edges[-1]))
+    ax.plot(
+        _first(states.past_pod > 0, states.time),
+        number,
+        color='black',
+        linewidth=0.9,
+        linestyle=style.DASHES[1],
+    )
+    ax.set(
+        xlabel='time (s)',
+        ylabel='coupler behind car',
+        ylim=(states.cars - 0.5, 0.5),
+        xlim=(edges[0], edges[-1]),
+    )
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     ax.grid(False)
     return mesh, peak
 
 
 def _ticks(peak):
-    """Zero, a hundredth, a tenth (rounded) and the peak: the scale of colours is that of a square root."""
-    steps = [t for t in (1, 3, 10, 30, 100, 300, 1000, 3000, 10000) if 0.01 * peak < t < 0.75 * peak] + [peak]
+    """Zero, round numbers, and the peak; the scale of colours is that of a square root."""
+    steps = [
+        t for t in (1, 3, 10, 30, 100, 300, 1000, 3000, 10000) if 0.01 * peak < t < 0.75 * peak
+    ] + [peak]
     return [-t for t in reversed(steps)] + [0.0] + steps
 
 
@@ -130,8 +183,14 @@ def forces(states):
     figure = style.new_figure(style.TWO_COLUMNS, 3.6)
     ax, side = figure.subplots(1, 2, sharey=True, gridspec_kw={'width_ratios': [3.2, 1.0]})
     mesh, peak = _map(ax, states, force)
-    bar = figure.colorbar(mesh, ax=ax, label='axial force (kip); buff +, draft \N{MINUS SIGN}', pad=0.02, aspect=30,
-                          ticks=_ticks(peak))
+    bar = figure.colorbar(
+        mesh,
+        ax=ax,
+        label='axial force (kip); buff +, draft \N{MINUS SIGN}',
+        pad=0.02,
+        aspect=30,
+        ticks=_ticks(peak),
+    )
     bar.ax.yaxis.set_major_formatter(style.signed)
     bar.ax.minorticks_off()
     number = np.arange(1, states.cars)
@@ -140,11 +199,27 @@ def forces(states):
     side.set_xlabel('peak (kip)')
     side.set_xlim(left=0.0)
     side.tick_params(labelleft=False)
-    style.legend(figure, [Line2D([], [], color='black', linewidth=0.9, label='car leaves the track'),
-                          Line2D([], [], color='black', linewidth=0.9, linestyle=style.DASHES[1],
-                                 label='car passes the point of derailment'),
-                          Line2D([], [], linestyle='none', markersize=3, label='peak buff', **PEAKS[0]),
-                          Line2D([], [], linestyle='none', markersize=3, label='peak draft', **PEAKS[1])], 4)
+    style.legend(
+        figure,
+        [
+            Line2D([], [], color='black', linewidth=0.9, label='car leaves the track'),
+            Line2D(
+                [],
+                [],
+                color='black',
+                linewidth=0.9,
+                linestyle=style.DASHES[1],
+                label='car passes the point of derailment',
+            ),
+            Line2D([], [], linestyle='none', markersize=3, label='peak buff', **PEAKS[0]),
+            Line2D([], [], linestyle='none', markersize=3, label='peak draft', **PEAKS[1]),
+        ],
+        4,
+    )
     buff, draft = style.number(max(force.max(), 0.0)), style.number(max(-force.min(), 0.0))
-    style.heading(figure, 'coupler forces', f'{states.cars} cars; on the output grid at most {buff} kip buff, {draft} kip draft')
+    style.heading(
+        figure,
+        'coupler forces',
+        f'{states.cars} cars; on the output grid at most {buff} kip buff, {draft} kip draft',
+    )
     return figure

@@ -1,4 +1,4 @@
-"""Line charts of the plan one_at_a_time: change of an outcome over change of each input, as in the paper's figures 5 to 7."""
+"""Line charts of the plan one_at_a_time, as the paper's figures 5 to 7: change over change."""
 
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -33,7 +33,9 @@ def _x_axis(ax, line, limits):
 
 def _band(ax, line, scale):
     xs = [s.x for s in line.known]
-    low, median, high = ([scale(getattr(s.spread, q)) for s in line.known] for q in ('low', 'median', 'high'))
+    low, median, high = (
+        [scale(getattr(s.spread, q)) for s in line.known] for q in ('low', 'median', 'high')
+    )
     if line.kind == 'choice':
         ax.vlines(xs, low, high, color=COLOUR)
         ax.plot(xs, median, color=COLOUR, marker='o', linestyle='none')
@@ -61,13 +63,23 @@ def bands(study, outcome):
         _base_band(ax, base, scale)
         _band(ax, line, scale)
         _x_axis(ax, line, _limits(all_lines if alike else [line]))
-    for ax, line in list(zip(axes, all_lines))[-3 if alike else 0:]:
-        ax.set_xlabel({'change': 'change of the input (%)', 'value': line.factor.label, 'choice': ''}[line.kind])
+    for ax, line in list(zip(axes, all_lines))[-3 * alike:]:
+        ax.set_xlabel(
+            {'change': 'change of the input (%)', 'value': line.factor.label, 'choice': ''}[
+                line.kind
+            ]
+        )
     if scale.relative:
         axes[0].yaxis.set_major_formatter(style.signed)
-    style.legend(figure, [Line2D([], [], color=COLOUR, marker='o', label='median'),
-                         Patch(facecolor=COLOUR, alpha=0.25, label='5\N{EN DASH}95 % of runs'),
-                         Patch(label='5\N{EN DASH}95 % of runs at the base', **style.BASE_BAND)], 3)
+    style.legend(
+        figure,
+        [
+            Line2D([], [], color=COLOUR, marker='o', label='median'),
+            Patch(facecolor=COLOUR, alpha=0.25, label='5\N{EN DASH}95 % of runs'),
+            Patch(label='5\N{EN DASH}95 % of runs at the base', **style.BASE_BAND),
+        ],
+        3,
+    )
     style.side_label(figure, scale.label)
     style.heading(figure, outcome.title, detail(study, outcome))
     return figure
@@ -89,7 +101,9 @@ def overview(study, outcome):
         xs = [0.0 if s.text == line.base_text else s.x + aside for s in line.known]
         for x, s in zip(xs, line.known):
             if s.text != line.base_text:
-                ax.vlines(x, scale(s.spread.low), scale(s.spread.high), color=look['color'], linewidth=0.8)
+                ax.vlines(
+                    x, scale(s.spread.low), scale(s.spread.high), color=look['color'], linewidth=0.8
+                )
         ax.plot(xs, [scale(s.spread.median) for s in line.known], **look)
         handles.append(Line2D([], [], label=line.factor.title, **look))
     if base.known:
@@ -102,8 +116,18 @@ def overview(study, outcome):
     ax.xaxis.set_major_formatter(style.signed)
     if scale.relative:
         ax.yaxis.set_major_formatter(style.signed)
-    handles.append(Line2D([], [], color='black', linewidth=0.8, marker='|', linestyle='none', markersize=9,
-                          label='5\N{EN DASH}95 % of runs'))
+    handles.append(
+        Line2D(
+            [],
+            [],
+            color='black',
+            linewidth=0.8,
+            marker='|',
+            linestyle='none',
+            markersize=9,
+            label='5\N{EN DASH}95 % of runs',
+        )
+    )
     handles.append(Patch(label='5\N{EN DASH}95 % at the base', **style.BASE_BAND))
     style.legend(figure, handles, 2)
     style.heading(figure, outcome.title, detail(study, outcome))

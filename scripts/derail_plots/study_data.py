@@ -63,13 +63,13 @@ class Study:
     title: str
     plan: str
     replicates: int
-    factors: list            # of Column
-    outcomes: list           # of Column
-    base: dict               # key -> SI text
-    log_factors: set         # names of those that are sampled over a logarithm
-    points: dict = field(default_factory=dict)   # point -> {factor name: SI text}
+    factors: list  # of Column
+    outcomes: list  # of Column
+    base: dict  # key -> SI text
+    log_factors: set  # names of those that are sampled over a logarithm
+    points: dict = field(default_factory=dict)  # point -> {factor name: SI text}
     spreads: dict = field(default_factory=dict)  # (point, outcome name) -> Spread
-    sobol: list = field(default_factory=list)    # rows of sobol.csv as dicts
+    sobol: list = field(default_factory=list)  # rows of sobol.csv as dicts
     runs: int = 0
     failed: int = 0
     samples: dict = field(default_factory=dict)  # column name -> array over runs that did not fail
@@ -125,8 +125,10 @@ def _columns(folder, about, names):
             c = about['columns'][name]
             out.append(Column(name, c['title'], c['unit'], c['shown_unit'], float(c['per_shown'])))
         except KeyError as e:
-            raise DataError(f'{path}: no {e} for {name}; written by an older version? '
-                            '`derail study FILE --resume` writes it anew') from None
+            raise DataError(
+                f'{path}: no {e} for {name}; written by an older version? '
+                '`derail study FILE --resume` writes it anew'
+            ) from None
     return out
 
 
@@ -147,11 +149,17 @@ def _read_runs(study, folder):
 
 def _read_summary(study, folder):
     outcomes = {c.name: c for c in study.outcomes}
-    for row in _rows(folder, 'summary.csv', ['point', 'outcome', 'runs', 'q05', 'median', 'q95'], '`derail study`'):
+    for row in _rows(
+        folder,
+        'summary.csv',
+        ['point', 'outcome', 'runs', 'q05', 'median', 'q95'],
+        '`derail study`',
+    ):
         column = outcomes.get(row['outcome'])
         if column:
             study.spreads[int(row['point']), column.name] = Spread(
-                int(row['runs']), *(column.shown(row[q]) for q in ('q05', 'median', 'q95')))
+                int(row['runs']), *(column.shown(row[q]) for q in ('q05', 'median', 'q95'))
+            )
 
 
 def read(folder):
@@ -162,9 +170,15 @@ def read(folder):
     about = _json(folder, 'about.json', '`derail study` (at its end) or `derail merge`')
     try:
         keys = [f['key'] for f in raw['factors']]
-        study = Study(raw['title'], raw['plan'], raw['replicates'], _columns(folder, about, keys),
-                      _columns(folder, about, raw['outcomes']), raw['scenario'],
-                      {f['key'] for f in raw['factors'] if f.get('distribution') == 'log_uniform'})
+        study = Study(
+            raw['title'],
+            raw['plan'],
+            raw['replicates'],
+            _columns(folder, about, keys),
+            _columns(folder, about, raw['outcomes']),
+            raw['scenario'],
+            {f['key'] for f in raw['factors'] if f.get('distribution') == 'log_uniform'},
+        )
     except KeyError as e:
         raise DataError(f"{os.path.join(folder, 'study.json')}: no {e}") from None
     try:
@@ -173,7 +187,16 @@ def read(folder):
     except ValueError as e:
         raise DataError(f'{folder}: a number cannot be read: {e}') from None
     if study.plan == 'saltelli':
-        study.sobol = list(_rows(folder, 'sobol.csv', ['outcome', 'factor', 'first', 'total', 'samples'], '`derail study`'))
+        study.sobol = list(
+            _rows(
+                folder,
+                'sobol.csv',
+                ['outcome', 'factor', 'first', 'total', 'samples'],
+                '`derail study`',
+            )
+        )
     if study.runs == study.failed:
-        raise DataError(f"{os.path.join(folder, 'runs.csv')}: no run that did not fail, nothing to draw")
+        raise DataError(
+            f"{os.path.join(folder, 'runs.csv')}: no run that did not fail, nothing to draw"
+        )
     return study

@@ -1,4 +1,4 @@
-"""One look for all pictures: sizes in inches of a two-column page, markers, dashes and hatches beside colours."""
+"""One look for all pictures: sizes of a two-column page; markers and dashes beside colours."""
 
 import math
 import os
@@ -18,7 +18,15 @@ BASE_BAND = {'facecolor': 'none', 'edgecolor': '0.55', 'hatch': '/////', 'linewi
 # Okabe and Ito's palette, told apart by people who do not see all colours; dark ones first.
 COLOURS = ('#0072B2', '#D55E00', '#000000', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
 MARKERS = 'osD^vPX'
-DASHES = ('-', (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)), (0, (3, 1)), (0, (7, 2)), (0, (4, 1, 1, 1, 1, 1)))
+DASHES = (
+    '-',
+    (0, (5, 1.5)),
+    (0, (1, 1)),
+    (0, (5, 1.5, 1, 1.5)),
+    (0, (3, 1)),
+    (0, (7, 2)),
+    (0, (4, 1, 1, 1, 1, 1)),
+)
 
 _RAISED = str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹')
 _SETTINGS = {
@@ -54,8 +62,11 @@ def apply():
 
 def series(i):
     """Keywords of line number `i`."""
-    return {'color': COLOURS[i % len(COLOURS)], 'marker': MARKERS[i % len(MARKERS)],
-            'linestyle': DASHES[i % len(DASHES)]}
+    return {
+        'color': COLOURS[i % len(COLOURS)],
+        'marker': MARKERS[i % len(MARKERS)],
+        'linestyle': DASHES[i % len(DASHES)],
+    }
 
 
 def new_figure(width, height):
@@ -75,8 +86,10 @@ def panels(count, columns, width, row_height, **shared):
     for i in range(count):
         links = {f'share{axis}': axes[0] for axis in 'xy' if shared.get(axis) and axes}
         axes.append(figure.add_subplot(grid[i // columns, i % columns], **links))
-        axes[i].tick_params(labelleft=not shared.get('y') or i % columns == 0,
-                            labelbottom=not shared.get('x') or i + columns >= count)
+        axes[i].tick_params(
+            labelleft=not shared.get('y') or i % columns == 0,
+            labelbottom=not shared.get('x') or i + columns >= count,
+        )
     return figure, axes
 
 
@@ -86,18 +99,27 @@ def lowest(axes, columns):
 
 
 def legend(figure, handles, columns):
-    """A legend below the panels, in as many columns as the width has room for; the figure grows by it."""
+    """A legend below the panels, in as many columns as have room; the figure grows by it."""
     width, height = figure.get_size_inches()
     for fewer in range(columns, 0, -1):
-        box = figure.legend(handles=handles, loc='lower center', ncol=fewer, handlelength=2.6, columnspacing=1.2,
-                            handletextpad=0.5, borderaxespad=0.2)
+        box = figure.legend(
+            handles=handles,
+            loc='lower center',
+            ncol=fewer,
+            handlelength=2.6,
+            columnspacing=1.2,
+            handletextpad=0.5,
+            borderaxespad=0.2,
+        )
         extent = box.get_window_extent(figure.canvas.get_renderer())
         if extent.width <= figure.bbox.width or fewer == 1:
             break
         box.remove()
     added = extent.height / figure.dpi + 0.04
     figure.set_size_inches(width, height + added)
-    figure.get_layout_engine().set(rect=(0.0, added / (height + added), 1.0, height / (height + added)))
+    figure.get_layout_engine().set(
+        rect=(0.0, added / (height + added), 1.0, height / (height + added))
+    )
 
 
 def wrapped(text, width=38):
@@ -106,11 +128,13 @@ def wrapped(text, width=38):
 
 
 def side_label(figure, text):
-    """One label for the vertical axes of all panels, broken to fit beside them; after the legend."""
+    """One label for the vertical axes of all panels, broken to fit; to be set after the legend."""
     _, below, _, _ = figure.get_layout_engine().get()['rect']
     above = 1.0 - HEADING_HEIGHT / figure.get_figheight()
     room = (above - below) * figure.get_figheight()
-    figure.supylabel(wrapped(text, int(15.0 * room)), y=0.5 * (above + below), fontsize=8, ma='center')
+    figure.supylabel(
+        wrapped(text, int(15.0 * room)), y=0.5 * (above + below), fontsize=8, ma='center'
+    )
 
 
 def heading(figure, title, detail):

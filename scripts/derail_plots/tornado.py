@@ -1,4 +1,4 @@
-"""Tornado charts of the plan one_at_a_time: what the lowest and the highest value of each input do."""
+"""Tornado charts of the plan one_at_a_time: what the ends of each input's range do."""
 
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -20,7 +20,11 @@ def _reach(line):
 
 def _label(line):
     values = [line.factor.text(end.text) for end in line.ends if end]
-    return style.wrapped(line.factor.title, LABEL_WIDTH) + '\n' + style.wrapped(' | '.join(values), LABEL_WIDTH)
+    return (
+        style.wrapped(line.factor.title, LABEL_WIDTH)
+        + '\n'
+        + style.wrapped(' | '.join(values), LABEL_WIDTH)
+    )
 
 
 def _bar(ax, end, y, start, look):
@@ -54,14 +58,25 @@ def tornado(study, outcome):
     ax.set_xlabel(outcome.label)
     if base.median != 0.0:
         _relative_axis(ax, base.median)
-    style.legend(figure, [Patch(label='lowest input', **LOW), Patch(label='highest input', **HIGH),
-                          Line2D([], [], color='black', marker='|', linewidth=0.9, label='5\N{EN DASH}95 % of runs'),
-                          Patch(label='5\N{EN DASH}95 % at the base', **style.BASE_BAND)], 2)
+    style.legend(
+        figure,
+        [
+            Patch(label='lowest input', **LOW),
+            Patch(label='highest input', **HIGH),
+            Line2D(
+                [], [], color='black', marker='|', linewidth=0.9, label='5\N{EN DASH}95 % of runs'
+            ),
+            Patch(label='5\N{EN DASH}95 % at the base', **style.BASE_BAND),
+        ],
+        2,
+    )
     style.heading(figure, outcome.title, detail(study, outcome))
     return figure
 
 
 def _relative_axis(ax, base):
-    top = ax.secondary_xaxis('top', functions=(lambda v: 100.0 * (v / base - 1.0), lambda p: base * (1.0 + p / 100.0)))
+    top = ax.secondary_xaxis(
+        'top', functions=(lambda v: 100.0 * (v / base - 1.0), lambda p: base * (1.0 + p / 100.0))
+    )
     top.set_xlabel('change from the base (%)')
     top.xaxis.set_major_formatter(style.signed)
