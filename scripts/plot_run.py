@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Draws one run: the train's final layout to scale, coupler forces over car and time; PNG and SVG.
 
   derail run my_train.yaml --csv states.csv

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Draws the results of a study: PNG and SVG in DIR/pictures, for print and readable without colour.
 
   rosrun train_derail plot_study.py DIR      DIR: the folder that `derail study` has filled

@@ -131,7 +131,8 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   CLI::App* merge_command = app.add_subcommand("merge", "Put the shards of a study together");
   common(merge_command);
   merge_command->add_option("FOLDERS", a.folders, "Folders of shards; default: the shards that lie in --out");
-  CLI::App* report_command = app.add_subcommand("report", "Write the results of a study as one self-contained page of HTML");
+  CLI::App* report_command =
+      app.add_subcommand("report", "Write the results of a study as one self-contained page of HTML");
   report_command->add_option("DIR", a.folder, "Folder of the results")->required();
   report_command->add_option("--out", a.out, "File of the page; default: report.html in DIR");
   report_command->add_flag("--quiet", a.quiet, "Do not say where it is");

@@ -19,11 +19,17 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kStyle = R"(
-body { font: 10pt/1.4 "DejaVu Sans", Verdana, sans-serif; color: #000; background: #fff; max-width: 60em; margin: 2em auto; padding: 0 1em; }
-h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 2em; border-bottom: 1px solid #000; } h3 { font-size: 1em; margin-top: 1.5em; }
+body { font: 10pt/1.4 "DejaVu Sans", Verdana, sans-serif; color: #000; background: #fff; }
+body { max-width: 60em; margin: 2em auto; padding: 0 1em; }
+h1 { font-size: 1.5em; }
+h2 { font-size: 1.15em; margin-top: 2em; border-bottom: 1px solid #000; }
+h3 { font-size: 1em; margin-top: 1.5em; }
 table { border-collapse: collapse; font-size: 0.85em; margin: 0.7em 0; }
-th, td { text-align: left; vertical-align: top; padding: 0.2em 0.9em 0.2em 0; border-bottom: 1px solid #bbb; overflow-wrap: break-word; }
-thead th { border-bottom: 1px solid #000; vertical-align: bottom; } tbody th { font-weight: normal; } .n { text-align: right; }
+th, td { text-align: left; vertical-align: top; padding: 0.2em 0.9em 0.2em 0; }
+th, td { border-bottom: 1px solid #bbb; overflow-wrap: break-word; }
+thead th { border-bottom: 1px solid #000; vertical-align: bottom; }
+tbody th { font-weight: normal; }
+.n { text-align: right; }
 figure { margin: 1.2em 0; break-inside: avoid; } figcaption { font-size: 0.85em; margin-top: 0.3em; }
 img { max-width: 100%; height: auto; }
 @media print { body { max-width: none; margin: 0; padding: 0; font-size: 9pt; } h2, h3 { break-after: avoid; }
@@ -50,7 +56,8 @@ std::string read(const std::string& path) {
 
 /// The five entities that XML knows.
 std::string unescape(const std::string& text) {
-  constexpr std::pair<std::string_view, char> kEntities[]{{"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}, {"&amp;", '&'}};
+  constexpr std::pair<std::string_view, char> kEntities[]{
+      {"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}, {"&amp;", '&'}};
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
     const std::string_view rest = std::string_view(text).substr(i);
@@ -126,7 +133,9 @@ std::string table(const std::vector<Column>& columns, const std::vector<std::vec
 
 std::string facts(const std::vector<std::pair<std::string, std::string>>& lines) {
   std::string out = "<table>\n<tbody>\n";
-  for (const auto& [name, value] : lines) out += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", escape(name), escape(value));
+  for (const auto& [name, value] : lines) {
+    out += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", escape(name), escape(value));
+  }
   return out + "</tbody>\n</table>\n";
 }
 
@@ -147,7 +156,8 @@ std::string figure(const std::string& path) {
   const std::string bytes = read(path), stem = fs::path(path).stem().string();
   const bool svg = fs::path(path).extension() == ".svg";
   const std::string caption = escape(svg ? title_of(bytes, stem) : stem);
-  return fmt::format("<figure><img alt=\"{}\" src=\"data:image/{};base64,{}\" />\n<figcaption>{}</figcaption></figure>\n",
+  return fmt::format("<figure><img alt=\"{}\" src=\"data:image/{};base64,{}\" />\n"
+                     "<figcaption>{}</figcaption></figure>\n",
                      caption, svg ? "svg+xml" : "png", base64(bytes), caption);
 }
 

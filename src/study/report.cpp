@@ -144,7 +144,8 @@ std::string factor_table(const Results& r) {
   std::vector<Row> rows;
   for (std::size_t i = 0; i < r.factors.size(); ++i) {
     const Number& factor = r.factors[i];
-    rows.push_back({factor.title, factor.name, factor.text(r.base(factor)), range_of(factor, r.study.at("factors").at(i))});
+    const std::string range = range_of(factor, r.study.at("factors").at(i));
+    rows.push_back({factor.title, factor.name, factor.text(r.base(factor)), range});
   }
   return html::table({{"input", false}, {"key", false}, {"base", true}, {"values", false}}, rows);
 }
@@ -172,7 +173,8 @@ Row point_cells(const Results& r, const std::string& point, const std::string& n
     const Number& factor = r.factors[i];
     if (found->second[i] == r.base(factor)) continue;
     const double change = 100.0 * (factor.shown(found->second[i]) / factor.shown(r.base(factor)) - 1.0);
-    cells = {factor.title, factor.text(found->second[i]), factor.numeric && std::isfinite(change) ? fmt::format("{:+.3g}{}%", change, kSpace) : ""};
+    const bool relative = factor.numeric && std::isfinite(change);
+    cells = {factor.title, factor.text(found->second[i]), relative ? fmt::format("{:+.3g}{}%", change, kSpace) : ""};
   }
   return cells;
 }
@@ -209,13 +211,14 @@ std::string table_over_all(const Results& r) {
     rows.push_back({outcome.label()});
     for (const char* name : kNames) rows.back().push_back(outcome.number(cell[r.summary.column(name)]));
   }
-  return html::table({{"outcome", false}, {"median", true}, {"5 %", true}, {"95 %", true}, {"25 %", true}, {"75 %", true},
-                      {"mean", true}, {"standard deviation", true}}, rows);
+  return html::table({{"outcome", false}, {"median", true}, {"5 %", true}, {"95 %", true}, {"25 %", true},
+                      {"75 %", true}, {"mean", true}, {"standard deviation", true}}, rows);
 }
 
 std::string medians(const Results& r) {
-  const std::string note = r.by_point() ? "<p>Median of the runs of each point; in brackets the range from 5 to 95 %.</p>\n" : "";
-  return "<h2>Outcomes</h2>\n" + note + (r.by_point() ? table_by_point(r) : table_over_all(r));
+  if (!r.by_point()) return "<h2>Outcomes</h2>\n" + table_over_all(r);
+  return "<h2>Outcomes</h2>\n<p>Median of the runs of each point; in brackets the range from 5 to 95 %.</p>\n" +
+         table_by_point(r);
 }
 
 std::string sobol_table(const Results& r) {
@@ -231,12 +234,13 @@ std::string sobol_table(const Results& r) {
       const auto at = [&](const char* end) { return std::strtod(row[t.column(kind + end)].c_str(), nullptr); };
       return fmt::format("{:.3f} ({:.3f}{}{:.3f})", at(""), at("_low"), kTo, at("_high"));
     };
-    rows.push_back({title(r.outcomes, row[t.column("outcome")]), title(r.factors, row[t.column("factor")]), index("first"),
-                    index("total"), row[t.column("samples")]});
+    rows.push_back({title(r.outcomes, row[t.column("outcome")]), title(r.factors, row[t.column("factor")]),
+                    index("first"), index("total"), row[t.column("samples")]});
   }
-  return "<h2>Sobol indices</h2>\n<p>Share of each input in the variance of the outcome: alone (first order), and with all of its "
-         "interactions (total); in brackets 95 % confidence intervals.</p>\n" +
-         html::table({{"outcome", false}, {"input", false}, {"first order", true}, {"total", true}, {"samples", true}}, rows);
+  return "<h2>Sobol indices</h2>\n<p>Share of each input in the variance of the outcome: alone (first order), and with "
+         "all of its interactions (total); in brackets 95 % confidence intervals.</p>\n" +
+         html::table({{"outcome", false}, {"input", false}, {"first order", true}, {"total", true}, {"samples", true}},
+                     rows);
 }
 
 std::string failed_table(const Results& r) {
@@ -254,7 +258,8 @@ std::string failed_table(const Results& r) {
     row.push_back(run[r.runs.column("message")]);
     rows.push_back(std::move(row));
   }
-  const std::string rest = r.failed <= kFailedShown ? "" : fmt::format("<p>{} more in runs.csv.</p>\n", r.failed - kFailedShown);
+  std::string rest;
+  if (r.failed > rows.size()) rest = fmt::format("<p>{} more in runs.csv.</p>\n", r.failed - rows.size());
   return "<h2>Failed runs</h2>\n<p>They are counted, but in no median.</p>\n" + html::table(columns, rows) + rest;
 }
 
@@ -266,8 +271,8 @@ bool ends_with(const std::string& text, const std::string& end) {
 std::string pictures(const Results& r) {
   std::vector<std::string> paths = html::pictures_in(in(r.folder, "pictures"));
   if (paths.empty()) {
-    return fmt::format("<h2>Pictures</h2>\n<p>There are none yet: <code>rosrun train_derail plot_study.py {}</code> draws them; "
-                       "then make this page anew.</p>\n", html::escape(r.folder));
+    return fmt::format("<h2>Pictures</h2>\n<p>There are none yet: <code>rosrun train_derail plot_study.py {}</code> "
+                       "draws them; then make this page anew.</p>\n", html::escape(r.folder));
   }
   std::string of_outcomes;
   for (const Number& outcome : r.outcomes) {
@@ -307,10 +312,10 @@ std::string scenario(const Results& r) {
 std::string to_html(const std::string& folder) {
   const Results r = read_results(folder);
   try {
-    const std::string title = field(r.study, "title");
-    const std::string body = "<h1>" + html::escape(title.empty() ? "Study" : title) + "</h1>\n" + overview(r) + "<h2>Inputs</h2>\n" +
-                             factor_table(r) + medians(r) + sobol_table(r) + failed_table(r) + pictures(r) + origin(r) + scenario(r);
-    return html::page(title.empty() ? "Study" : title, body);
+    const std::string given = field(r.study, "title"), title = given.empty() ? "Study" : given;
+    return html::page(title, "<h1>" + html::escape(title) + "</h1>\n" + overview(r) + "<h2>Inputs</h2>\n" +
+                                 factor_table(r) + medians(r) + sobol_table(r) + failed_table(r) + pictures(r) +
+                                 origin(r) + scenario(r));
   } catch (const nlohmann::json::exception& e) {
     throw std::runtime_error(fmt::format("{}: {}", in(folder, "about.json"), e.what()));
   } catch (const std::out_of_range&) {

@@ -59,6 +59,8 @@ class PlotRunTest(PlotTest):
         np.testing.assert_allclose(corners.mean(axis=1) * FOOT, centres)
         sides = np.hypot(*np.moveaxis(corners - np.roll(corners, 1, axis=1), 2, 0))
         np.testing.assert_allclose(np.sort(sides, axis=1), np.tile([9.0, 9.0, 61.1, 61.1], (4, 1)))
+        diagonals = np.hypot(*(corners[:, :2] - corners[:, 2:]).T)
+        np.testing.assert_allclose(diagonals, np.hypot(61.1, 9.0), err_msg='right angles')
         along = corners[:, 0] - corners[:, 3]
         angle = np.arctan2(along[:, 1], along[:, 0])
         np.testing.assert_allclose(np.cos(angle - self.states.theta_rad[-1]), 1.0)

@@ -30,7 +30,7 @@ factors:
   - {key: initial.speed, label: train speed, scale: [0.5, 0.8, 1.5]}
   - {key: "consist[0].weight", label: a rather long label for a narrow panel, scale: [0.5, 1.2]}
   - {key: ground.on_track_law, values: [isotropic, guided]}
-  - {key: solver.steps_max, label: "limit of $steps$", values: [20]}
+  - {key: solver.steps_max, label: 'limit of $\\steps$', values: [20]}
 replicates: 4
 perturbation: {spacing: 3 mm, yaw_rate: 0.01}
 outcomes: [cars_past_pod, coupler_force_peak, closing_speed_max]
@@ -193,6 +193,16 @@ class PlotStudyTest(PlotTest):
             drawn.get_ydata(), [scale(s.spread.median) for s in speed.settings]
         )
 
+    def test_random_plans_show_every_run(self):
+        for ax in self.figures['distributions'].axes:
+            self.assertEqual(sum(bar.get_height() for bar in ax.patches), 32)
+        study = study_data.read(self.path('random'))
+        for ax, factor in zip(self.figures['scatter_coupler_force_peak'].axes, study.factors):
+            x, y = ax.lines[0].get_data()
+            np.testing.assert_allclose(x, study.samples[factor.name])
+            np.testing.assert_allclose(y, study.samples['coupler_force_peak'])
+        self.assertEqual(len(self.figures['sobol'].axes[0].patches), 2 * len(study.factors))
+
     def test_axes_say_what_they_show_in_units_that_people_read(self):
         labels = {
             name: ' | '.join(t.get_text() for t in figure.findobj(matplotlib.text.Text))
@@ -203,7 +213,7 @@ class PlotStudyTest(PlotTest):
                 '32 runs',
                 'kip',
                 '(base:\u00a020\u00a0mph)',
-                'limit of $steps$',
+                'limit of $\\steps$',
             ],
             'tornado_coupler_force_peak': ['peak coupler force (kip)', '10 mph | 30 mph'],
             'overview_closing_speed_max': ['base: ', ' mph', 'change of the input (%)'],
