@@ -164,8 +164,19 @@ def logarithmic(ax):
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 
+def _settle(figure):
+    """Fixes the places of all axes, rounded: the layout's solver varies in the last digits, and names in the SVG with it."""
+    figure.canvas.draw()
+    figure.set_layout_engine('none')
+    for ax in figure.axes:
+        ax.set_axes_locator(None)
+        box = ax.get_position(original=True)
+        ax.set_position([round(side, 5) for side in box.bounds])
+
+
 def save(figure, folder, name, caption):
     """Writes NAME.svg and NAME.png; the caption travels in the files. Returns their paths."""
+    _settle(figure)
     os.makedirs(folder, exist_ok=True)
     paths = [os.path.join(folder, f'{name}.{kind}') for kind in ('svg', 'png')]
     figure.savefig(paths[0], metadata={'Date': None, 'Creator': None, 'Title': caption})

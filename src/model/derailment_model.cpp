@@ -1,81 +1,91 @@
 #include "train_derail/model/derailment_model.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
+#include <fmt/format.h>
 #include <unsupported/Eigen/AutoDiff>
 
-#include "train_derail/model/ground_law.hpp"
+#include "model/reactions.hpp"
+#include "model/kernels.hpp"
 
 namespace train_derail::model {
 
 namespace {
 
-/// Force on a car and moment about its centre from the ground under both trucks.
-template <class T>
-struct GroundReaction {
-  T fx, fy, moment;
-};
-
-/// (c, s): cosine and sine of the heading; eqs. (3)-(5) and the ground terms of (10)-(12).
-template <class T>
-GroundReaction<T> ground_reaction(inputs::OnTrackLaw law, bool derailed, double load, double v_eps, double half_spacing,
-                                  const T& c, const T& s, const T& vx, const T& vy, const T& omega) {
-  const bool along_track = !derailed && law != inputs::OnTrackLaw::isotropic;
-  const T du = -half_spacing * omega * s;
-  const T dv = half_spacing * omega * c;
-  const auto force = [&](const T& u, const T& v) {
-    return along_track ? friction_along_track(load, u, v_eps) : friction(load, u, v, v_eps);
-  };
-  const GroundForce<T> front = force(T(vx + du), T(vy + dv));
-  const GroundForce<T> rear = force(T(vx - du), T(vy - dv));
-  return {T(front.x + rear.x), T(front.y + rear.y),
-          T(half_spacing * (c * (front.y - rear.y) - s * (front.x - rear.x)))};
-}
-
-/// Force of the coupler on the lead car (the trail car feels the opposite) and moments about both centres.
-template <class T>
-struct CouplerReaction {
-  T fx, fy, moment_lead, moment_trail;
-};
-
-template <class T>
-CouplerReaction<T> coupler_reaction(const inputs::Coupler& law, double cos_limit, double half_lead, double half_trail, const T& dx_centre,
-                                    const T& dy_centre, const T& c_lead, const T& s_lead, const T& c_trail,
-                                    const T& s_trail) {
-  const T dx = dx_centre - half_lead * c_lead - half_trail * c_trail;
-  const T dy = dy_centre - half_lead * s_lead - half_trail * s_trail;
-  const CouplerLoad<T> b = coupler_load<T>(law, cos_limit, dx, dy, c_lead, s_lead, c_trail, s_trail);
-  // Rear pin at -L/2, front pin at +L/2; opposite forces on opposite ends turn both cars the same way.
-  return {b.force_x, b.force_y, T(b.moment_lead - half_lead * (c_lead * b.force_y - s_lead * b.force_x)),
-          T(b.moment_trail - half_trail * (c_trail * b.force_y - s_trail * b.force_x))};
+/// Those that this processor can run and that suit the length of the train, fastest first.
+std::vector<const KernelSet*> versions(Eigen::Index cars) {
+  std::vector<const KernelSet*> all;
+#ifdef TRAIN_DERAIL_X86
+  if (__builtin_cpu_supports("avx512dq")) all.push_back(&kAvx512);
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) all.push_back(&kAvx2);
+#endif
+  all.push_back(&kPlain);
+  const auto too_wide = [&](const KernelSet* v) { return v->lanes > 1 && v->lanes >= cars; };
+  all.erase(std::remove_if(all.begin(), all.end(), too_wide), all.end());
+  return all;
 }
 
 }  // namespace
 
-DerailmentModel::DerailmentModel(const inputs::Scenario& scenario)
+std::vector<std::string> DerailmentModel::instruction_sets(Eigen::Index cars) {
+  std::vector<std::string> names;
+  for (const KernelSet* v : versions(cars)) names.push_back(v->instruction_set);
+  return names;
+}
+
+DerailmentModel::DerailmentModel(const inputs::Scenario& scenario, const std::string& instruction_set)
     : cars_(expand(scenario.consist)),
       coupler_(scenario.coupler),
       cos_limit_(std::cos(scenario.coupler.swing_limit)),
       ground_(scenario.ground),
       initial_(scenario.initial),
-      derailed_(cars_.size(), false) {
+      derailed_(cars_.size(), false),
+      kernels_(nullptr) {
   const Eigen::Index n = car_count();
-  for (auto* array : {&mass_, &inertia_, &half_length_, &half_spacing_, &load_, &cos_, &sin_}) array->resize(n);
+  for (const KernelSet* v : versions(n)) {
+    if (kernels_ == nullptr && (instruction_set.empty() || instruction_set == v->instruction_set)) {
+      kernels_ = v;
+    }
+  }
+  if (kernels_ == nullptr) {
+    throw std::invalid_argument(fmt::format("instruction set '{}' for {} cars: this processor has {}", instruction_set,
+                                            n, fmt::join(instruction_sets(n), ", ")));
+  }
+  for (auto* array : {&mass_, &inertia_, &half_length_, &half_spacing_, &load_, &lateral_, &past_pod_, &inverse_mass_,
+                      &inverse_mass_y_, &inverse_inertia_, &cos_, &sin_}) {
+    array->resize(n);
+  }
+  for (auto* array : {&force_x_, &force_y_, &moment_lead_, &moment_trail_}) *array = Eigen::ArrayXd::Zero(n + 1);
   for (Eigen::Index k = 0; k < n; ++k) {
     mass_[k] = at(k).mass;
     inertia_[k] = at(k).yaw_inertia;
     half_length_[k] = 0.5 * at(k).length;
     half_spacing_[k] = 0.5 * at(k).truck_spacing;
-    load_[k] = 0.5 * ground_.on_track_friction * at(k).weight;
+    lay(k);
   }
   if (n > 0) derail(0);
 }
 
+void DerailmentModel::lay(Eigen::Index car) {
+  const bool past_pod = derailed(car);
+  const bool held = !past_pod && ground_.on_track_law == inputs::OnTrackLaw::guided;
+  const bool lateral = past_pod || ground_.on_track_law == inputs::OnTrackLaw::isotropic;
+  past_pod_[car] = past_pod ? 1.0 : 0.0;
+  load_[car] = 0.5 * (past_pod ? ground_.off_track_friction : ground_.on_track_friction) * at(car).weight;
+  lateral_[car] = lateral ? 1.0 : 0.0;
+  // Rails that hold a car are an infinite mass sideways and in yaw; their reactions do no work.
+  inverse_mass_[car] = 1.0 / at(car).mass;
+  inverse_mass_y_[car] = held ? 0.0 : 1.0 / at(car).mass;
+  inverse_inertia_[car] = held ? 0.0 : 1.0 / at(car).yaw_inertia;
+}
+
 void DerailmentModel::derail(Eigen::Index car) {
   derailed_[static_cast<std::size_t>(car)] = true;
-  load_[car] = 0.5 * ground_.off_track_friction * at(car).weight;
+  lay(car);
 }
 
 StateVector DerailmentModel::initial_state() const {
@@ -98,52 +108,27 @@ StateVector DerailmentModel::initial_state() const {
   return state;
 }
 
-void DerailmentModel::derivative(const double* y, double* dydt) {
-  const Eigen::Index n = car_count();
-  const ConstMotionMap q = motion(y, n);
-  MotionMap d = motion(dydt, n);
-  WorkMap power = work(dydt, n);
-  power.setZero();
-  d.leftCols<3>() = q.rightCols<3>();
+CarArrays DerailmentModel::arrays() const {
+  return {car_count(), &coupler_, cos_limit_, ground_.regularization_speed, half_length_.data(), half_spacing_.data(),
+          load_.data(), lateral_.data(), past_pod_.data(), inverse_mass_.data(), inverse_mass_y_.data(),
+          inverse_inertia_.data(), cos_.data(), sin_.data(), force_x_.data(), force_y_.data(), moment_lead_.data(),
+          moment_trail_.data()};
+}
 
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double theta = q(k, THETA), c = std::cos(theta), s = std::sin(theta);
-    cos_[k] = c;
-    sin_[k] = s;
-    const auto g = ground_reaction<double>(ground_.on_track_law, derailed(k), load_[k], ground_.regularization_speed,
-                                           half_spacing_[k], c, s, q(k, VX), q(k, VY), q(k, OMEGA));
-    d(k, VX) = g.fx;
-    d(k, VY) = g.fy;
-    d(k, OMEGA) = g.moment;
-    const double dissipated = -(g.fx * q(k, VX) + g.fy * q(k, VY) + g.moment * q(k, OMEGA));
-    power[derailed(k) ? WORK_OFF_TRACK : WORK_ON_TRACK] += dissipated;
-  }
+void DerailmentModel::derivative(const double* y, double* dydt) const {
+  kernels_->right_hand_side(arrays(), y, dydt);
+}
 
-  for (Eigen::Index i = 0; i + 1 < n; ++i) {
-    const Eigen::Index lead = i, trail = i + 1;
-    const auto r = coupler_reaction<double>(coupler_, cos_limit_, half_length_[lead], half_length_[trail], q(lead, X) - q(trail, X),
-                                            q(lead, Y) - q(trail, Y), cos_[lead], sin_[lead], cos_[trail], sin_[trail]);
-    d(lead, VX) += r.fx;
-    d(lead, VY) += r.fy;
-    d(lead, OMEGA) += r.moment_lead;
-    d(trail, VX) -= r.fx;
-    d(trail, VY) -= r.fy;
-    d(trail, OMEGA) += r.moment_trail;
-  }
-
-  d.col(VX) /= mass_;
-  d.col(VY) /= mass_;
-  d.col(OMEGA) /= inertia_;
-  if (ground_.on_track_law == inputs::OnTrackLaw::guided) {
-    for (Eigen::Index k = 0; k < n; ++k) {
-      if (held(k)) d(k, VY) = d(k, OMEGA) = 0.0;  // the rails' reactions do no work
-    }
-  }
+void DerailmentModel::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const {
+  gap.resize(coupler_count());
+  rate.resize(coupler_count());
+  kernels_->gaps(arrays(), y, gap.data(), rate.data());
 }
 
 void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
   // The same force laws, differentiated automatically: exact, and no second copy of the physics.
   using Dual = Eigen::AutoDiffScalar<Eigen::Vector4d>;
+  const auto constant = [](double value) { return Dual(value, Eigen::Vector4d::Zero()); };
   using Block = Eigen::Matrix3d;  // accelerations (x, y, theta) against three positions or velocities
   const Eigen::Index n = car_count();
   const ConstMotionMap q = motion(y, n);
@@ -152,8 +137,9 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const Dual theta(q(k, THETA), 4, 0), vx(q(k, VX), 4, 1), vy(q(k, VY), 4, 2), omega(q(k, OMEGA), 4, 3);
-    const auto g = ground_reaction<Dual>(ground_.on_track_law, derailed(k), load_[k], ground_.regularization_speed,
-                                         half_spacing_[k], Dual(cos(theta)), Dual(sin(theta)), vx, vy, omega);
+    const auto g = ground_reaction<Dual>(constant(load_[k]), constant(lateral_[k]), constant(half_spacing_[k]),
+                                         ground_.regularization_speed, Dual(cos(theta)), Dual(sin(theta)), vx, vy,
+                                         omega);
     diagonal[i].setZero();
     const Dual* rows[3] = {&g.fx, &g.fy, &g.moment};
     for (int r = 0; r < 3; ++r) {
@@ -166,8 +152,9 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
     const auto lead = static_cast<std::size_t>(i);
     const Dual dx(q(i, X) - q(i + 1, X), 4, 0), dy(q(i, Y) - q(i + 1, Y), 4, 1);
     const Dual theta_lead(q(i, THETA), 4, 2), theta_trail(q(i + 1, THETA), 4, 3);
-    const auto r = coupler_reaction<Dual>(coupler_, cos_limit_, half_length_[i], half_length_[i + 1], dx, dy, Dual(cos(theta_lead)),
-                                          Dual(sin(theta_lead)), Dual(cos(theta_trail)), Dual(sin(theta_trail)));
+    const auto r = coupler_reaction<Dual>(coupler_, cos_limit_, constant(half_length_[i]), constant(half_length_[i + 1]),
+                                          dx, dy, Dual(cos(theta_lead)), Dual(sin(theta_lead)), Dual(cos(theta_trail)),
+                                          Dual(sin(theta_trail)));
     Eigen::Matrix<double, 3, 4> on_lead, on_trail;
     on_lead << r.fx.derivatives().transpose(), r.fy.derivatives().transpose(), r.moment_lead.derivatives().transpose();
     on_trail << -r.fx.derivatives().transpose(), -r.fy.derivatives().transpose(),
@@ -187,16 +174,15 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
 
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const double divisor[3] = {mass_[k], mass_[k], inertia_[k]};
+    const double inverse[3] = {inverse_mass_[k], inverse_mass_y_[k], inverse_inertia_[k]};
     for (Eigen::Index r = 0; r < 3; ++r) {
       const Eigen::Index row = kCoordinates * k + 3 + r;
       set(kCoordinates * k + r, row, 1.0);
-      if (held(k) && r > 0) continue;
       for (Eigen::Index c = 0; c < 3; ++c) {
-        set(row, kCoordinates * k + c, diagonal[i](r, c) / divisor[r]);
-        set(row, kCoordinates * k + 3 + c, by_velocity[i](r, c) / divisor[r]);
-        if (k + 1 < n) set(row, kCoordinates * (k + 1) + c, upper[i](r, c) / divisor[r]);
-        if (k > 0) set(row, kCoordinates * (k - 1) + c, lower[i](r, c) / divisor[r]);
+        set(row, kCoordinates * k + c, diagonal[i](r, c) * inverse[r]);
+        set(row, kCoordinates * k + 3 + c, by_velocity[i](r, c) * inverse[r]);
+        if (k + 1 < n) set(row, kCoordinates * (k + 1) + c, upper[i](r, c) * inverse[r]);
+        if (k > 0) set(row, kCoordinates * (k - 1) + c, lower[i](r, c) * inverse[r]);
       }
     }
   }
@@ -209,12 +195,12 @@ CouplerState<double> DerailmentModel::coupler(const double* y, Eigen::Index i) c
                                std::cos(q(i + 1, THETA)), std::sin(q(i + 1, THETA)));
 }
 
-PointMotion DerailmentModel::point(const double* y, Eigen::Index car, double offset) const {
+CarMotion DerailmentModel::car_motion(const double* y, Eigen::Index car) const {
   const ConstMotionMap q = motion(y, car_count());
-  const Eigen::Vector2d axis(std::cos(q(car, THETA)), std::sin(q(car, THETA)));
-  const Eigen::Vector2d normal(-axis.y(), axis.x());
-  return {Eigen::Vector2d(q(car, X), q(car, Y)) + offset * axis,
-          Eigen::Vector2d(q(car, VX), q(car, VY)) + offset * q(car, OMEGA) * normal};
+  return {{q(car, X), q(car, Y)},
+          {std::cos(q(car, THETA)), std::sin(q(car, THETA))},
+          {q(car, VX), q(car, VY)},
+          q(car, OMEGA)};
 }
 
 EnergyLedger DerailmentModel::energy(const double* y) const {

@@ -9,10 +9,10 @@ using model::PointMotion;
 
 namespace {
 
-PointMotion motion_at(const model::ConstMotionMap& q, Eigen::Index car, const Eigen::Vector2d& point) {
-  const Eigen::Vector2d arm = point - Eigen::Vector2d(q(car, model::X), q(car, model::Y));
-  const double omega = q(car, model::OMEGA);
-  return {point, Eigen::Vector2d(q(car, model::VX) - omega * arm.y(), q(car, model::VY) + omega * arm.x())};
+/// Velocity of a point that moves with the car.
+Eigen::Vector2d velocity_at(const model::CarMotion& car, const Eigen::Vector2d& point) {
+  const Eigen::Vector2d arm = point - car.centre;
+  return car.velocity + car.omega * Eigen::Vector2d(-arm.y(), arm.x());
 }
 
 }  // namespace
@@ -26,24 +26,14 @@ Monitor::Monitor(const model::DerailmentModel& model, const inputs::OutcomeRules
       extremes_{{inputs::kInfinity, -1, t}, {-inputs::kInfinity, -1, t}},
       off_track_(static_cast<std::size_t>(model.car_count()), false),
       footprints_(static_cast<std::size_t>(model.car_count())) {
-  for (auto* a : {&gap_, &rate_, &new_gap_, &new_rate_}) a->resize(std::max<Eigen::Index>(model.coupler_count(), 0));
   for (Eigen::Index k = 0; k < model.car_count(); ++k) by_x_.push_back(k);
-  gaps(y.data(), gap_, rate_);
+  model_.gaps(y.data(), gap_, rate_);
   for (Eigen::Index i = 0; i < gap_.size(); ++i) extremes_.consider(i, gap_[i], t);
 }
 
 void Monitor::GapExtremes::consider(Eigen::Index coupler, double gap, double time) {
   if (gap < closest.gap) closest = {gap, coupler, time};
   if (gap > widest.gap) widest = {gap, coupler, time};
-}
-
-void Monitor::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const {
-  for (Eigen::Index i = 0; i < gap.size(); ++i) {
-    const PointMotion lead = model_.rear_pin(y, i), trail = model_.front_pin(y, i + 1);
-    const Eigen::Vector2d d = lead.position - trail.position;
-    gap[i] = d.norm();
-    rate[i] = d.dot(lead.velocity - trail.velocity) / gap[i];
-  }
 }
 
 void Monitor::extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const {
@@ -64,36 +54,42 @@ void Monitor::extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap,
 }
 
 void Monitor::step(double t, const double* y) {
-  gaps(y, new_gap_, new_rate_);
+  model_.gaps(y, new_gap_, new_rate_);
   extend(extremes_, t, new_gap_, new_rate_);
   gap_.swap(new_gap_);
   rate_.swap(new_rate_);
   step_time_ = t;
 }
 
-void Monitor::sample(double t, const double* y) {
-  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-    const double front = std::abs(model_.front_truck(y, k).position.y());
-    const double rear = std::abs(model_.rear_truck(y, k).position.y());
-    if (std::max(front, rear) > rules_.off_track_threshold) off_track_[static_cast<std::size_t>(k)] = true;
-  }
-  for (Eigen::Index i = 0; i < model_.coupler_count(); ++i) {
-    const double speed = (model_.rear_pin(y, i).velocity - model_.front_pin(y, i + 1).velocity).norm();
-    if (speed > relative_.speed) relative_ = {speed, static_cast<int>(i) + 1, t};
-  }
-  sample_touches(t, y);
+Footprint Monitor::footprint(Eigen::Index car, const model::CarMotion& motion) const {
+  const model::Car& c = model_.cars()[static_cast<std::size_t>(car)];
+  return {motion.centre, motion.axis, 0.5 * c.length, 0.5 * c.width};
 }
 
-void Monitor::sample_touches(double t, const double* y) {
-  const auto q = model::motion(y, model_.car_count());
-  const auto at = [this](Eigen::Index k) -> const Footprint& { return footprints_[static_cast<std::size_t>(k)]; };
+void Monitor::sample(double t, const double* y) {
+  cars_.clear();
+  truck_speed_max_ = 0.0;
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-    const model::Car& car = model_.cars()[static_cast<std::size_t>(k)];
-    footprints_[static_cast<std::size_t>(k)] = {{q(k, model::X), q(k, model::Y)},
-                                                {std::cos(q(k, model::THETA)), std::sin(q(k, model::THETA))},
-                                                0.5 * car.length,
-                                                0.5 * car.width};
+    const auto i = static_cast<std::size_t>(k);
+    const model::Car& car = model_.cars()[i];
+    const model::CarMotion& motion = cars_.emplace_back(model_.car_motion(y, k));
+    footprints_[i] = footprint(k, motion);
+    const PointMotion front = motion.point(0.5 * car.truck_spacing), rear = motion.point(-0.5 * car.truck_spacing);
+    truck_speed_max_ = std::max({truck_speed_max_, front.velocity.norm(), rear.velocity.norm()});
+    if (std::max(std::abs(front.position.y()), std::abs(rear.position.y())) > rules_.off_track_threshold) {
+      off_track_[i] = true;
+    }
+    if (k == 0) continue;
+    const model::CarMotion& lead = cars_[i - 1];
+    const double speed =
+        (lead.point(-0.5 * model_.cars()[i - 1].length).velocity - motion.point(0.5 * car.length).velocity).norm();
+    if (speed > relative_.speed) relative_ = {speed, static_cast<int>(k), t};
   }
+  sample_touches(t);
+}
+
+void Monitor::sample_touches(double t) {
+  const auto at = [this](Eigen::Index k) -> const Footprint& { return footprints_[static_cast<std::size_t>(k)]; };
   // Sweep along x; the order hardly changes from sample to sample.
   const Eigen::Vector2d ex(1.0, 0.0), ey(0.0, 1.0);
   const auto rearmost = [&](Eigen::Index k) { return at(k).centre.x() - at(k).reach(ex); };
@@ -113,8 +109,10 @@ void Monitor::sample_touches(double t, const double* y) {
       if (!contact) continue;
       now.emplace_back(a, b);
       if (std::binary_search(touching_.begin(), touching_.end(), now.back())) continue;
-      const Eigen::Vector2d v =
-          motion_at(q, a, contact->point).velocity - motion_at(q, b, contact->point).velocity;
+      const auto velocity = [&](Eigen::Index k) {
+        return velocity_at(cars_[static_cast<std::size_t>(k)], contact->point);
+      };
+      const Eigen::Vector2d v = velocity(a) - velocity(b);
       ++touches_;
       const double speed = v.norm();
       if (speed > closing_.speed) {
@@ -127,28 +125,15 @@ void Monitor::sample_touches(double t, const double* y) {
   touching_.swap(now);
 }
 
-double Monitor::truck_speed_max(const double* y) const {
-  double fastest = 0.0;
-  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-    fastest = std::max({fastest, model_.front_truck(y, k).velocity.norm(), model_.rear_truck(y, k).velocity.norm()});
-  }
-  return fastest;
-}
-
 void Monitor::report(double t, const double* y, Outcome& o) const {
   o.cars = static_cast<int>(model_.car_count());
   o.cars_past_pod = o.cars_off_track = 0;
   double x_min = inputs::kInfinity, x_max = -inputs::kInfinity, y_min = inputs::kInfinity, y_max = -inputs::kInfinity;
-  const auto q = model::motion(y, model_.car_count());
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
     o.cars_past_pod += model_.derailed(k) ? 1 : 0;
     o.cars_off_track += off_track(k) ? 1 : 0;
     if (!model_.derailed(k) && !off_track(k)) continue;
-    const model::Car& car = model_.cars()[static_cast<std::size_t>(k)];
-    const Footprint f{{q(k, model::X), q(k, model::Y)},
-                      {std::cos(q(k, model::THETA)), std::sin(q(k, model::THETA))},
-                      0.5 * car.length,
-                      0.5 * car.width};
+    const Footprint f = footprint(k, model_.car_motion(y, k));
     const double rx = f.reach({1.0, 0.0}), ry = f.reach({0.0, 1.0});
     x_min = std::min(x_min, f.centre.x() - rx);
     x_max = std::max(x_max, f.centre.x() + rx);
@@ -164,8 +149,8 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
     return force > 0.0 ? PeakForce{force, static_cast<int>(e.coupler) + 1, e.time} : PeakForce{};
   };
   GapExtremes extremes = extremes_;
-  Eigen::ArrayXd gap(gap_.size()), rate(gap_.size());
-  gaps(y, gap, rate);
+  Eigen::ArrayXd gap, rate;
+  model_.gaps(y, gap, rate);
   extend(extremes, t, gap, rate);
   o.coupler_buff_peak = peak(extremes.closest, 1.0);
   o.coupler_draft_peak = peak(extremes.widest, -1.0);

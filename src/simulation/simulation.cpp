@@ -23,11 +23,18 @@ class TrainSystem final : public solver::OdeSystem {
   void derivative(double, const double* y, double* dydt) override { model_.derivative(y, dydt); }
   Eigen::Index quadrature_count() const override { return model::kWorkTerms; }
 
-  // Cars that reach the point of derailment; a constant for those that have.
-  Eigen::Index event_count() const override { return model_.car_count(); }
-  void events(double, const double* y, double* values) override {
+  // One event function: where the foremost car on the track is. It crosses zero at the point of derailment.
+  Eigen::Index event_count() const override { return 1; }
+  void events(double, const double* y, double* values) override { values[0] = place(y, foremost(y)); }
+
+  /// Foremost of the cars that have not reached the point of derailment; -1 if all have.
+  Eigen::Index foremost(const double* y) const {
     const auto q = model::motion(y, model_.car_count());
-    for (Eigen::Index k = 0; k < model_.car_count(); ++k) values[k] = model_.derailed(k) ? 1.0 : q(k, model::X);
+    Eigen::Index first = -1;
+    for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
+      if (!model_.derailed(k) && (first < 0 || q(k, model::X) > q(first, model::X))) first = k;
+    }
+    return first;
   }
 
   std::vector<Eigen::Index> band_positions() const override {
@@ -46,6 +53,10 @@ class TrainSystem final : public solver::OdeSystem {
   void jacobian(double, const double* y, const SetEntry& set) override { model_.jacobian(y, set); }
 
  private:
+  double place(const double* y, Eigen::Index car) const {
+    return car < 0 ? -1.0 : model::motion(y, model_.car_count())(car, model::X);
+  }
+
   model::DerailmentModel& model_;
 };
 
@@ -85,7 +96,7 @@ struct Simulation::Impl {
   std::unique_ptr<solver::Integrator> integrator;
   double time = 0.0;
   std::int64_t next_sample = 0;
-  std::vector<Eigen::Index> pending;  // cars that reach the point of derailment at integrator->time()
+  bool pending = false;  // a car reaches the point of derailment at integrator->time()
   outcome::Ended ended = outcome::Ended::running;
   std::string message;
   double wall_time = 0.0;
@@ -112,14 +123,14 @@ struct Simulation::Impl {
     time = t;
     ++next_sample;
     monitor.sample(t, state.data());
-    if (monitor.truck_speed_max(state.data()) < scenario.stop.speed) ended = outcome::Ended::at_rest;
+    if (monitor.truck_speed_max() < scenario.stop.speed) ended = outcome::Ended::at_rest;
   }
 
   void step() {
     monitor.step(integrator->time(), integrator->state().data());
-    if (!pending.empty()) {
-      for (const Eigen::Index car : pending) model.derail(car);
-      pending.clear();
+    if (pending) {
+      pending = false;
+      derail_foremost();
       integrator->restart();
     }
     const solver::StepResult result = integrator->step();
@@ -130,7 +141,18 @@ struct Simulation::Impl {
       state = integrator->state();
       return;
     }
-    pending = result.events;
+    pending = result.status == solver::StepStatus::event;
+  }
+
+  /// The car whose crossing has been located, which may stand a rounding short of it, and any that is level with it.
+  void derail_foremost() {
+    const double* y = integrator->state().data();
+    const auto q = model::motion(y, model.car_count());
+    Eigen::Index car = system.foremost(y);
+    do {
+      model.derail(car);
+      car = system.foremost(y);
+    } while (car >= 0 && q(car, model::X) >= 0.0);
   }
 };
 

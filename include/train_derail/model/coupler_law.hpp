@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/lanes.hpp"
 
 namespace train_derail::model {
 
@@ -14,9 +15,8 @@ template <class T>
 T axial_force(const inputs::Coupler& c, const T& gap) {
   const double closed = c.length - 0.5 * c.slack;
   const double stretched = c.length + 0.5 * c.slack;
-  if (gap < closed) return T(c.stiffness * (closed - gap));
-  if (gap > stretched) return T(-c.stiffness * (gap - stretched));
-  return T(0.0);
+  const T buff = c.stiffness * (closed - gap), draft = c.stiffness * (gap - stretched);
+  return select(gap < closed, buff, select(gap > stretched, T(-draft), T(0.0)));
 }
 
 /// Strain energy of axial_force [J].
@@ -29,15 +29,11 @@ inline double axial_energy(const inputs::Coupler& c, double gap) {
 /// zero within the limit, slope K_m beyond it, at most m_max.
 template <class T>
 T swing_moment(const inputs::Coupler& c, const T& gamma) {
-  if (gamma > c.swing_limit) {
-    const T m = c.swing_stiffness * (gamma - c.swing_limit);
-    return m < c.swing_moment_max ? m : T(c.swing_moment_max);
-  }
-  if (gamma < -c.swing_limit) {
-    const T m = c.swing_stiffness * (gamma + c.swing_limit);
-    return m > -c.swing_moment_max ? m : T(-c.swing_moment_max);
-  }
-  return T(0.0);
+  const T left = gamma - c.swing_limit, right = gamma + c.swing_limit;
+  const T excess = select(gamma > c.swing_limit, left, select(gamma < -c.swing_limit, right, T(0.0)));
+  const T moment = c.swing_stiffness * excess;
+  const T most(c.swing_moment_max), least(-c.swing_moment_max);
+  return select(moment > most, most, select(moment < least, least, moment));
 }
 
 /// Strain energy of swing_moment [J].
@@ -69,11 +65,10 @@ struct CouplerState : CouplerLoad<T> {
   T swing_trail;  // gamma at the trail car's front pin [rad]
 };
 
-/// gamma [rad]: angle of the bar (ux, uy) against a car heading (c, s), wrapped to (-pi, pi].
-template <class T>
-T swing_angle(const T& ux, const T& uy, const T& c, const T& s) {
-  using std::atan2;
-  return T(atan2(T(c * uy - s * ux), T(c * ux + s * uy)));
+/// gamma [rad]: angle of the bar (ux, uy) against a car heading (c, s), wrapped to (-pi, pi]; 0 unless `condition`.
+template <class Condition, class T>
+T swing_angle(const Condition& condition, const T& ux, const T& uy, const T& c, const T& s) {
+  return atan2_where(condition, T(c * uy - s * ux), T(c * ux + s * uy));
 }
 
 /// (dx, dy): lead car's rear pin minus trail car's front pin [m]; (c, s): cosine and sine of the cars' headings;
@@ -84,16 +79,19 @@ CouplerLoad<T> coupler_load(const inputs::Coupler& law, double cos_limit, const 
   using std::sqrt;
   CouplerLoad<T> b;
   b.gap = sqrt(T(dx * dx + dy * dy));
-  b.ux = dx / b.gap;
-  b.uy = dy / b.gap;
+  const T inverse_gap = 1.0 / b.gap;
+  b.ux = dx * inverse_gap;
+  b.uy = dy * inverse_gap;
   b.axial = axial_force(law, b.gap);
   const auto moment = [&](const T& c, const T& s) {
-    if (c * b.ux + s * b.uy >= cos_limit) return T(0.0);
-    return swing_moment(law, swing_angle(b.ux, b.uy, c, s));
+    // The angle itself is needed only beyond the limit, which is rare.
+    const auto beyond = T(c * b.ux + s * b.uy) < T(cos_limit);
+    if (!any(beyond)) return T(0.0);
+    return swing_moment(law, swing_angle(beyond, b.ux, b.uy, c, s));
   };
   b.moment_lead = moment(c_lead, s_lead);
   b.moment_trail = moment(c_trail, s_trail);
-  b.lateral = (b.moment_lead + b.moment_trail) / b.gap;
+  b.lateral = (b.moment_lead + b.moment_trail) * inverse_gap;
   b.force_x = b.axial * b.ux + b.lateral * b.uy;
   b.force_y = b.axial * b.uy - b.lateral * b.ux;
   return b;
@@ -104,7 +102,7 @@ CouplerState<T> coupler_state(const inputs::Coupler& law, const T& dx, const T& 
                               const T& c_trail, const T& s_trail) {
   const CouplerLoad<T> b =
       coupler_load<T>(law, std::cos(law.swing_limit), dx, dy, c_lead, s_lead, c_trail, s_trail);
-  return {b, swing_angle(b.ux, b.uy, c_lead, s_lead), swing_angle(b.ux, b.uy, c_trail, s_trail)};
+  return {b, swing_angle(true, b.ux, b.uy, c_lead, s_lead), swing_angle(true, b.ux, b.uy, c_trail, s_trail)};
 }
 
 }  // namespace train_derail::model

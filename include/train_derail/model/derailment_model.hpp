@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -38,12 +39,32 @@ struct PointMotion {
   Eigen::Vector2d velocity;  // m/s
 };
 
+/// A car's place and motion, its heading worked out once.
+struct CarMotion {
+  Eigen::Vector2d centre;    // m
+  Eigen::Vector2d axis;      // unit vector, forward
+  Eigen::Vector2d velocity;  // of the centre [m/s]
+  double omega;              // rad/s
+
+  Eigen::Vector2d side() const { return {-axis.y(), axis.x()}; }
+  /// `offset` along the axis from the centre, forward positive [m].
+  PointMotion point(double offset) const { return {centre + offset * axis, velocity + offset * omega * side()}; }
+};
+
+struct CarArrays;
+struct KernelSet;
+
 /// Right-hand side with its one discrete state: which cars have passed the point of derailment at x = 0.
 /// One object a run and a thread (it owns scratch arrays).
 class DerailmentModel {
  public:
-  /// The scenario must be valid (inputs::validate).
-  explicit DerailmentModel(const inputs::Scenario& scenario);
+  /// The scenario must be valid (inputs::validate). Throws std::invalid_argument unless `instruction_set` is one of
+  /// instruction_sets(); by default the first of them that suits the length of the train.
+  explicit DerailmentModel(const inputs::Scenario& scenario, const std::string& instruction_set = "");
+
+  /// Versions of derivative() and gaps() that this processor can run, fastest first: of "avx512", "avx2", "plain". They agree to
+  /// rounding. Short trains have only the last.
+  static std::vector<std::string> instruction_sets(Eigen::Index cars);
 
   Eigen::Index car_count() const { return static_cast<Eigen::Index>(cars_.size()); }
   Eigen::Index coupler_count() const { return car_count() - 1; }
@@ -59,7 +80,7 @@ class DerailmentModel {
   void derail(Eigen::Index car);
 
   /// dydt = f(y); both of length size().
-  void derivative(const double* y, double* dydt);
+  void derivative(const double* y, double* dydt) const;
 
   /// Jacobian of derivative() in the band ordering: index of (car, coordinate) is 6 car + coordinate, work terms last.
   /// Rows of the work terms are left zero (they feed back on nothing). `set(row, column, value)` is called for each entry
@@ -71,8 +92,11 @@ class DerailmentModel {
 
   /// Coupler `i` joins car i (lead) and car i + 1 (trail), counted from 0.
   CouplerState<double> coupler(const double* y, Eigen::Index i) const;
+  /// Gap of every coupler [m] and its rate of change [m/s].
+  void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const;
+  CarMotion car_motion(const double* y, Eigen::Index car) const;
   /// `offset` along the car's axis from its centre, forward positive [m].
-  PointMotion point(const double* y, Eigen::Index car, double offset) const;
+  PointMotion point(const double* y, Eigen::Index car, double offset) const { return car_motion(y, car).point(offset); }
   PointMotion front_pin(const double* y, Eigen::Index car) const { return point(y, car, 0.5 * at(car).length); }
   PointMotion rear_pin(const double* y, Eigen::Index car) const { return point(y, car, -0.5 * at(car).length); }
   PointMotion front_truck(const double* y, Eigen::Index car) const { return point(y, car, 0.5 * at(car).truck_spacing); }
@@ -83,7 +107,9 @@ class DerailmentModel {
 
  private:
   const Car& at(Eigen::Index car) const { return cars_[static_cast<std::size_t>(car)]; }
-  bool held(Eigen::Index car) const { return ground_.on_track_law == inputs::OnTrackLaw::guided && !derailed(car); }
+  /// Ground and rails of the car as its place has it: before the point of derailment or past it.
+  void lay(Eigen::Index car);
+  CarArrays arrays() const;
 
   std::vector<Car> cars_;
   inputs::Coupler coupler_;
@@ -91,8 +117,10 @@ class DerailmentModel {
   inputs::Ground ground_;
   inputs::InitialMotion initial_;
   std::vector<bool> derailed_;
-  Eigen::ArrayXd mass_, inertia_, half_length_, half_spacing_, load_;  // load_: mu W / 2 as latched [N]
-  Eigen::ArrayXd cos_, sin_;                                           // scratch
+  Eigen::ArrayXd mass_, inertia_, half_length_, half_spacing_;
+  Eigen::ArrayXd load_, lateral_, past_pod_, inverse_mass_, inverse_mass_y_, inverse_inertia_;  // see CarArrays
+  mutable Eigen::ArrayXd cos_, sin_, force_x_, force_y_, moment_lead_, moment_trail_;           // scratch
+  const KernelSet* kernels_;
 };
 
 }  // namespace train_derail::model

@@ -20,8 +20,8 @@ class Monitor {
   void sample(double t, const double* y);
 
   bool off_track(Eigen::Index car) const { return off_track_[static_cast<std::size_t>(car)]; }
-  /// Largest speed of any truck centre [m/s].
-  double truck_speed_max(const double* y) const;
+  /// Largest speed of any truck centre in the last sample [m/s].
+  double truck_speed_max() const { return truck_speed_max_; }
 
   /// Counts, peaks, pile-up and energy at (t, y), which may lie beyond the last step; leaves why it ended and the solver's figures alone.
   void report(double t, const double* y, Outcome& outcome) const;
@@ -39,10 +39,10 @@ class Monitor {
     void consider(Eigen::Index coupler, double gap, double time);
   };
 
-  void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const;
   /// Adds what happens from the end of the last step to time t, where gaps and rates are as given.
   void extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const;
-  void sample_touches(double t, const double* y);
+  Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
+  void sample_touches(double t);
 
   const model::DerailmentModel& model_;
   const inputs::OutcomeRules rules_;
@@ -51,12 +51,14 @@ class Monitor {
   Eigen::ArrayXd gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
   GapExtremes extremes_;
   std::vector<bool> off_track_;
+  std::vector<model::CarMotion> cars_;  // of the last sample
   std::vector<Footprint> footprints_;
   std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
   Closing closing_;
   int touches_ = 0;
   RelativeSpeed relative_;
+  double truck_speed_max_ = 0.0;
 };
 
 }  // namespace train_derail::outcome

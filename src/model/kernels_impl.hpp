@@ -1,0 +1,129 @@
+// Templates of the kernels: B is a double or a std::experimental::simd of them.
+#pragma once
+
+#include <cmath>
+#include <experimental/simd>
+
+#include "model/reactions.hpp"
+#include "model/kernels.hpp"
+#include "train_derail/model/state_layout.hpp"
+
+namespace train_derail::model {
+
+/// How a B is read, written and taken apart.
+template <class B>
+struct Lanes {
+  static constexpr std::ptrdiff_t count = static_cast<std::ptrdiff_t>(B::size());
+  static B load(const double* p) { return B(p, std::experimental::element_aligned); }
+  static void store(const B& b, double* p) { b.copy_to(p, std::experimental::element_aligned); }
+  static B cosine(const B& angle) { return cos(angle); }
+  static B sine(const B& angle) { return sin(angle); }
+  static double sum(const B& b) { return reduce(b); }
+};
+
+template <>
+struct Lanes<double> {
+  static constexpr std::ptrdiff_t count = 1;
+  static double load(const double* p) { return *p; }
+  static void store(double b, double* p) { *p = b; }
+  static double cosine(double angle) { return std::cos(angle); }
+  static double sine(double angle) { return std::sin(angle); }
+  static double sum(double b) { return b; }
+};
+
+/// Calls body(first, done) for blocks of `width` entries that cover [0, n); the last block may overlap the one before:
+/// its first `done` entries have been dealt with.
+template <std::ptrdiff_t width, class Body>
+void for_blocks(std::ptrdiff_t n, const Body& body) {
+  std::ptrdiff_t i = 0;
+  for (; i + width <= n; i += width) body(i, std::ptrdiff_t{0});
+  if (i < n) body(n - width, width - (n - i));
+}
+
+template <class B>
+void headings(const CarArrays& a, const double* theta) {
+  using L = Lanes<B>;
+  for_blocks<L::count>(a.cars, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    const B angle = L::load(theta + k);
+    L::store(L::cosine(angle), a.cosine + k);
+    L::store(L::sine(angle), a.sine + k);
+  });
+}
+
+template <class B>
+[[gnu::flatten]] void right_hand_side(const CarArrays& a, const double* state, double* rate) {
+  using L = Lanes<B>;
+  const std::ptrdiff_t n = a.cars;
+  const double *x = state + X * n, *y = state + Y * n, *theta = state + THETA * n;
+  const double *vx = state + VX * n, *vy = state + VY * n, *omega = state + OMEGA * n;
+
+  headings<B>(a, theta);
+  for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+    const auto r = coupler_reaction<B>(
+        *a.coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
+        L::load(x + i) - L::load(x + i + 1), L::load(y + i) - L::load(y + i + 1), L::load(a.cosine + i),
+        L::load(a.sine + i), L::load(a.cosine + i + 1), L::load(a.sine + i + 1));
+    L::store(r.fx, a.force_x + i + 1);
+    L::store(r.fy, a.force_y + i + 1);
+    L::store(r.moment_lead, a.moment_lead + i + 1);
+    L::store(r.moment_trail, a.moment_trail + i + 1);
+  });
+
+  static constexpr double kLane[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
+  static_assert(L::count <= 8);
+  B power_on_track(0.0), power_off_track(0.0);
+  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
+    const B u = L::load(vx + k), v = L::load(vy + k), w = L::load(omega + k);
+    const auto g = ground_reaction<B>(L::load(a.load + k), L::load(a.lateral + k), L::load(a.half_spacing + k),
+                                      a.regularization_speed, L::load(a.cosine + k), L::load(a.sine + k), u, v, w);
+    const B power = g.fx * u + g.fy * v + g.moment * w;
+    const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), power);
+    const B off_track = L::load(a.past_pod + k) * fresh;
+    power_off_track = power_off_track - off_track;
+    power_on_track = power_on_track - (fresh - off_track);
+
+    // Coupler k - 1 pulls at the front of car k, coupler k at its rear; the ends of the train have none (zeros).
+    const B fx = g.fx + L::load(a.force_x + k + 1) - L::load(a.force_x + k);
+    const B fy = g.fy + L::load(a.force_y + k + 1) - L::load(a.force_y + k);
+    const B moment = g.moment + L::load(a.moment_lead + k + 1) + L::load(a.moment_trail + k);
+    L::store(u, rate + X * n + k);
+    L::store(v, rate + Y * n + k);
+    L::store(w, rate + THETA * n + k);
+    L::store(fx * L::load(a.inverse_mass + k), rate + VX * n + k);
+    L::store(fy * L::load(a.inverse_mass_y + k), rate + VY * n + k);
+    L::store(moment * L::load(a.inverse_inertia + k), rate + OMEGA * n + k);
+  });
+  rate[kCoordinates * n + WORK_ON_TRACK] = L::sum(power_on_track);
+  rate[kCoordinates * n + WORK_OFF_TRACK] = L::sum(power_off_track);
+}
+
+template <class B>
+[[gnu::flatten]] void gaps(const CarArrays& a, const double* state, double* gap, double* rate) {
+  using L = Lanes<B>;
+  using std::sqrt;
+  const std::ptrdiff_t n = a.cars;
+  headings<B>(a, state + THETA * n);
+  const auto difference = [&](Coordinate c, std::ptrdiff_t i) {
+    const double* column = state + c * n + i;
+    return L::load(column) - L::load(column + 1);
+  };
+  for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+    const B lead = L::load(a.half_length + i), trail = L::load(a.half_length + i + 1);
+    const B lead_x = lead * L::load(a.cosine + i), trail_x = trail * L::load(a.cosine + i + 1);
+    const B lead_y = lead * L::load(a.sine + i), trail_y = trail * L::load(a.sine + i + 1);
+    const B lead_omega = L::load(state + OMEGA * n + i), trail_omega = L::load(state + OMEGA * n + i + 1);
+    const B dx = difference(X, i) - lead_x - trail_x, dy = difference(Y, i) - lead_y - trail_y;
+    const B du = difference(VX, i) + lead_omega * lead_y + trail_omega * trail_y;
+    const B dv = difference(VY, i) - lead_omega * lead_x - trail_omega * trail_x;
+    const B g = sqrt(B(dx * dx + dy * dy));
+    L::store(g, gap + i);
+    L::store((dx * du + dy * dv) / g, rate + i);
+  });
+}
+
+template <class B>
+constexpr KernelSet kernel_set(const char* instruction_set) {
+  return {instruction_set, Lanes<B>::count, right_hand_side<B>, gaps<B>};
+}
+
+}  // namespace train_derail::model

@@ -1,0 +1,92 @@
+// The versions of the right-hand side for different instruction sets agree with the plain one; gaps with the points.
+#include <gtest/gtest.h>
+
+#include "fixtures.hpp"
+
+namespace train_derail {
+namespace {
+
+inputs::Scenario train(int cars, test::Random& random) {
+  inputs::Scenario s = test::mixed_train();
+  const std::vector<inputs::CarBlock> kinds = s.consist;
+  s.consist.clear();
+  for (int left = cars; left > 0;) {
+    inputs::CarBlock block = kinds[static_cast<std::size_t>(random.index(3))];
+    block.count = std::min(left, 1 + random.index(4));
+    left -= block.count;
+    s.consist.push_back(block);
+  }
+  return s;
+}
+
+TEST(Kernels, PlainIsAlwaysThereAndOthersAreNamed) {
+  EXPECT_EQ(model::DerailmentModel::instruction_sets(1), std::vector<std::string>{"plain"});
+  EXPECT_EQ(model::DerailmentModel::instruction_sets(1000).back(), "plain");
+  const inputs::Scenario s = test::baseline(3);
+  EXPECT_THROW(model::DerailmentModel(s, "abacus"), std::invalid_argument);
+}
+
+TEST(Kernels, AgreeWithThePlainVersion) {
+  test::Random random(31);
+  int compared = 0;
+  for (const auto law : {inputs::OnTrackLaw::isotropic, inputs::OnTrackLaw::along_track, inputs::OnTrackLaw::guided}) {
+    for (int cars = 1; cars <= 40; ++cars) {
+      inputs::Scenario s = train(cars, random);
+      s.ground.on_track_law = law;
+      s.coupler.swing_moment_max = random.index(2) == 0 ? inputs::kInfinity : 1e4;
+      const std::vector<std::string> sets = model::DerailmentModel::instruction_sets(cars);
+      model::DerailmentModel plain(s, "plain");
+      for (const std::string& name : sets) {
+        if (name == "plain") continue;
+        model::DerailmentModel fast(s, name);
+        for (Eigen::Index k = 1; k < cars; ++k) {
+          if (random.index(2) == 0) continue;
+          plain.derail(k);
+          fast.derail(k);
+        }
+        const model::StateVector y = test::random_state(plain, random);
+        model::StateVector expected(y.size()), found(y.size());
+        plain.derivative(y.data(), expected.data());
+        fast.derivative(y.data(), found.data());
+        const auto e = model::motion(expected.data(), cars), f = model::motion(found.data(), cars);
+        for (Eigen::Index c = 0; c < model::kCoordinates; ++c) {
+          const double scale = e.col(c).abs().maxCoeff();
+          EXPECT_LE((e.col(c) - f.col(c)).abs().maxCoeff(), 1e-12 * scale) << name << ' ' << cars << " column " << c;
+        }
+        const auto work_e = model::work(expected.data(), cars), work_f = model::work(found.data(), cars);
+        for (Eigen::Index w = 0; w < model::kWorkTerms; ++w) {
+          EXPECT_NEAR(work_f[w], work_e[w], 1e-12 * work_e.abs().maxCoeff()) << name << ' ' << cars << " work " << w;
+        }
+        Eigen::ArrayXd gap_e, gap_f, rate_e, rate_f;
+        plain.gaps(y.data(), gap_e, rate_e);
+        fast.gaps(y.data(), gap_f, rate_f);
+        EXPECT_LE((gap_e - gap_f).abs().maxCoeff(), 1e-12 * gap_e.maxCoeff());
+        EXPECT_LE((rate_e - rate_f).abs().maxCoeff(), 1e-12 * rate_e.abs().maxCoeff());
+        ++compared;
+      }
+    }
+  }
+  if (compared == 0) GTEST_SKIP() << "this processor has the plain version only";
+}
+
+TEST(Kernels, GapsAreThoseOfThePins) {
+  test::Random random(32);
+  const inputs::Scenario s = train(23, random);
+  for (const std::string& name : model::DerailmentModel::instruction_sets(23)) {
+    const model::DerailmentModel m(s, name);
+    const model::StateVector y = test::random_state(m, random);
+    Eigen::ArrayXd gap, rate;
+    m.gaps(y.data(), gap, rate);
+    ASSERT_EQ(gap.size(), 22);
+    ASSERT_EQ(rate.size(), 22);
+    for (Eigen::Index i = 0; i < 22; ++i) {
+      const model::PointMotion lead = m.rear_pin(y.data(), i), trail = m.front_pin(y.data(), i + 1);
+      const Eigen::Vector2d d = lead.position - trail.position;
+      EXPECT_NEAR(gap[i], d.norm(), 1e-12);
+      EXPECT_NEAR(rate[i], d.normalized().dot(lead.velocity - trail.velocity), 1e-11);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace train_derail
