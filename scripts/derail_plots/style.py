@@ -165,7 +165,7 @@ def logarithmic(ax):
 
 
 def _settle(figure):
-    """Fixes the places of all axes, rounded: the layout's solver varies in the last digits, and names in the SVG with it."""
+    """Fixes the axes at rounded places: the last digits of the layout vary, and names in the SVG with them."""
     figure.canvas.draw()
     figure.set_layout_engine('none')
     for ax in figure.axes:
