@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "bag_output.hpp"
 #include "progress.hpp"
 #include "study_commands.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -22,7 +23,7 @@ using namespace train_derail;
 constexpr int kOk = 0, kOutputFailed = 1, kInputWrong = 2, kIntegrationFailed = 3;
 
 struct Arguments {
-  std::string file, json, csv;
+  std::string file, json, csv, bag;
   std::vector<std::string> set;
   bool quiet = false;
 };
@@ -61,6 +62,8 @@ int run(const Arguments& a) {
   if (!a.json.empty() && a.json != "-") json = open(a.json);
 
   simulation::Simulation simulation(scenario);
+  std::unique_ptr<apps::BagOutput> bag;
+  if (!a.bag.empty()) bag = apps::open_bag(a.bag, simulation);
   {
     apps::Progress progress(!a.quiet);
     if (csv.is_open()) {
@@ -70,13 +73,17 @@ int run(const Arguments& a) {
     for (std::int64_t tick = 1; !simulation.ended(); ++tick) {
       const double before = simulation.time();
       simulation.advance(static_cast<double>(tick) * scenario.output.interval);
-      if (csv.is_open() && simulation.time() > before) simulation::write_csv_rows(csv, simulation.snapshot());
+      if (simulation.time() > before) {
+        if (csv.is_open()) simulation::write_csv_rows(csv, simulation.snapshot());
+        if (bag) bag->grid_point(simulation);
+      }
       progress.update(progress_of(simulation), fmt::format("{:.1f} s simulated", simulation.time()));
     }
   }
 
   const outcome::Outcome outcome = simulation.outcome();
   if (csv.is_open()) close(csv, a.csv);
+  if (bag) bag->close(simulation);
   if (a.json == "-") {
     std::cout << outcome::to_json(outcome) << "\n";
   } else if (json.is_open()) {
@@ -122,6 +129,7 @@ int main(int argc, char** argv) {
   add_inputs(run_command);
   run_command->add_option("--json", a.json, "Write the outcome as JSON in SI units; - is standard output");
   run_command->add_option("--csv", a.csv, "Write the states of cars and couplers on the output grid");
+  run_command->add_option("--bag", a.bag, "Record what the node would publish; a folder: named by date");
   run_command->add_flag("--quiet", a.quiet, "No progress and no table");
   CLI::App* check_command = app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");
   add_inputs(check_command);

@@ -191,12 +191,14 @@ NodeParameters read_node_parameters(const XmlRpcValue& tree, const std::string& 
   check_rate(p.rate, node_name);
   p.start_paused = reader.flag("start_paused", p.start_paused);
   p.exit_when_done = reader.flag("exit_when_done", p.exit_when_done);
-  p.world_frame = reader.frame("world_frame", p.world_frame, false);
-  p.frame_prefix = reader.frame("frame_prefix", p.frame_prefix, true);
+  StreamOptions& stream = p.stream;
+  stream.frames.world = reader.frame("world_frame", stream.frames.world, false);
+  stream.frames.prefix = reader.frame("frame_prefix", stream.frames.prefix, true);
+  p.bag = reader.text("bag", p.bag);
   p.publish_clock = reader.flag("publish/clock", p.publish_clock);
   p.publish_tf = reader.flag("publish/tf", p.publish_tf);
-  p.markers_every = reader.integer("publish/markers_every", p.markers_every, 0, 1000);
-  p.event_coupler_force = reader.number("events/coupler_force", "N", p.event_coupler_force, 0.0, 1.0e12);
+  stream.markers_every = reader.integer("publish/markers_every", stream.markers_every, 0, 1000);
+  stream.event_coupler_force = reader.number("events/coupler_force", "N", stream.event_coupler_force, 0.0, 1.0e12);
   p.overload_threshold = reader.number("overload_threshold", "1", p.overload_threshold, 0.01, 1.0);
   p.diagnostics_period = reader.number("diagnostics_period", "s", p.diagnostics_period, 0.05, 60.0);
   reader.find("scenario");

@@ -20,11 +20,24 @@ namespace {
 constexpr double kWaitMax = 0.1;
 /// For subscribers to get the last messages before the process exits, wall [s].
 constexpr double kLinger = 0.5;
-/// Spacing of ~outcome while the run is under way, simulated [s].
-constexpr double kOutcomeInterval = 1.0;
 /// Grids that are no more than rounding beyond a point belong to it.
 constexpr double kTickRounding = 1.0e-9;
 constexpr double kStepTicksMax = 1.0e9;
+
+std::unique_ptr<BagRecorder> open_bag(const std::string& bag) {
+  if (bag.empty()) return nullptr;
+  try {
+    return std::make_unique<BagRecorder>(bag_path(bag), ::ros::this_node::getName());
+  } catch (const std::runtime_error& e) {
+    throw inputs::InputError(::ros::this_node::getName(), "bag", bag, e.what(), "a file or folder that can be written");
+  }
+}
+
+std::vector<MessageSink*> sinks(Publishers& publishers, BagRecorder* bag) {
+  std::vector<MessageSink*> all{&publishers};
+  if (bag != nullptr) all.push_back(bag);
+  return all;
+}
 
 }  // namespace
 
@@ -33,10 +46,11 @@ SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodePara
     : parameters_(parameters),
       source_(source),
       simulation_(simulation::Simulation(source.read())),
+      bag_(open_bag(parameters.bag)),
       publishers_(private_handle, parameters),
       diagnostics_(private_handle, parameters.diagnostics_period, parameters.overload_threshold),
-      pacer_(parameters.rate, interval()),
-      events_(parameters.event_coupler_force) {}
+      stream_(parameters.stream, sinks(publishers_, bag_.get())),
+      pacer_(parameters.rate, interval()) {}
 
 int SimulationLoop::run(const std::atomic<bool>& stop) {
   start_run(std::move(*simulation_), parameters_.start_paused);
@@ -60,30 +74,30 @@ int SimulationLoop::run(const std::atomic<bool>& stop) {
   }
   if (stepping_) finish_step({false, "the node is shutting down"});
   commands_.close();
+  if (bag_) {
+    bag_->close();
+    watch_bag();
+    if (!bag_failed_) ROS_INFO_NAMED("run", "recorded %s", bag_->path().c_str());
+  }
   if (!has_ended() || !parameters_.exit_when_done) return 0;
   const std::string table = outcome::to_table(outcome());
   std::fwrite(table.data(), 1, table.size(), stdout);
   std::fflush(stdout);
   if (publishers_.has_subscribers()) std::this_thread::sleep_for(wall_seconds(kLinger));
-  return state_ == State::failed ? 3 : 0;
+  if (state_ == State::failed) return 3;
+  return bag_failed_ ? 1 : 0;
 }
 
 void SimulationLoop::start_run(simulation::Simulation simulation, bool paused) {
   simulation_ = std::move(simulation);
-  ++run_id_;
   tick_ = 0;
   exception_.clear();
   state_ = paused ? State::paused : State::running;
-  clock_.start_run();
-  events_ = EventDetector(parameters_.event_coupler_force);
   pacer_.set_interval(interval());
-  const inputs::Scenario& scenario = simulation_->scenario();
-  publishers_.start_run(run_id_, scenario, simulation_->cars(), clock_.start());
-  publish_run_info();
-  publish_grid_point();
-  publishers_.outcome(outcome(), clock_.now());
+  stream_.start_run(*simulation_, run_state());
   anchor();
-  ROS_INFO_NAMED("run", "run %u: %s, %zu cars at %.1f mph, rate %g%s", run_id_, scenario.title.c_str(),
+  const inputs::Scenario& scenario = simulation_->scenario();
+  ROS_INFO_NAMED("run", "run %u: %s, %zu cars at %.1f mph, rate %g%s", run_id(), scenario.title.c_str(),
                  simulation_->cars().size(), scenario.initial.speed / inputs::kMph, pacer_.rate(),
                  paused ? ", paused" : "");
 }
@@ -97,7 +111,8 @@ void SimulationLoop::tick() {
     exception_ = e.what();
   }
   ++tick_;
-  if (simulation_->time() > before) publish_grid_point();
+  if (simulation_->time() > before) stream_.grid_point(*simulation_, outcome());
+  watch_bag();
   if (stepping_) {
     ++stepping_->progress.ticks;
     --stepping_->left;
@@ -107,41 +122,24 @@ void SimulationLoop::tick() {
   if (simulation_->ended() || !exception_.empty()) {
     end_run();
   } else if (stepping_ && stepping_->left == 0) {
-    publishers_.complete_markers();
+    stream_.complete_markers();
     finish_step({true, "now at " + at_time()});
   }
-}
-
-void SimulationLoop::publish_grid_point() {
-  const double time = simulation_->time();
-  clock_.advance(time);
-  const simulation::Snapshot now = simulation_->snapshot();
-  const outcome::Outcome outcome = this->outcome();
-  publishers_.grid_point(now, outcome, clock_.now());
-  for (const Occurrence& occurrence : events_.observe(now, outcome)) publishers_.event(occurrence, clock_.now());
-  const std::int64_t every = std::max<std::int64_t>(1, std::llround(kOutcomeInterval / interval()));
-  if (tick_ > 0 && tick_ % every == 0 && !simulation_->ended()) publishers_.outcome(outcome, clock_.now());
 }
 
 void SimulationLoop::end_run() {
   const outcome::Outcome outcome = this->outcome();
   const bool failed = outcome.ended == outcome::Ended::integration_failed;
   state_ = failed ? State::failed : State::ended;
-  // Finds nothing but the end itself if the last grid point has seen it.
-  for (const Occurrence& occurrence : events_.observe(simulation_->snapshot(), outcome)) {
-    publishers_.event(occurrence, clock_.now());
-  }
-  publishers_.complete_markers();
-  publishers_.outcome(outcome, clock_.now());
-  publish_run_info();
+  stream_.end_run(*simulation_, outcome, run_state());
   report(WallClock::now());
   if (stepping_) finish_step({stepping_->left == 0, "the run has ended at " + at_time()});
   if (failed) {
-    ROS_ERROR_NAMED("run", "run %u: integration failed at %s: %s", run_id_, at_time().c_str(), outcome.message.c_str());
+    ROS_ERROR_NAMED("run", "run %u: integration failed at %s: %s", run_id(), at_time().c_str(), outcome.message.c_str());
   } else {
     ROS_INFO_NAMED(
         "run", "run %u: ended at %s (%s): %d cars past the point of derailment, %d off the track, peak force %.0f kip",
-        run_id_, at_time().c_str(), outcome::to_string(outcome.ended), outcome.cars_past_pod, outcome.cars_off_track,
+        run_id(), at_time().c_str(), outcome::to_string(outcome.ended), outcome.cars_past_pod, outcome.cars_off_track,
         outcome.coupler_force_peak() / inputs::kKip);
   }
 }
@@ -167,7 +165,7 @@ Answer SimulationLoop::pause() {
     case State::failed: return {true, "nothing to pause: the integration has failed at " + at_time()};
   }
   state_ = State::paused;
-  publishers_.complete_markers();
+  stream_.complete_markers();
   publish_run_info();
   return {true, "paused at " + at_time()};
 }
@@ -242,33 +240,40 @@ Answer SimulationLoop::restart(const RestartRequest& request) {
   if (stepping_) finish_step({false, "cut short by ~restart at " + at_time()});
   source_ = next;
   start_run(std::move(simulation), request.start_paused);
-  return {true, fmt::format("run {} {}", run_id_, request.start_paused ? "waits, paused" : "has started")};
+  return {true, fmt::format("run {} {}", run_id(), request.start_paused ? "waits, paused" : "has started")};
+}
+
+RunState SimulationLoop::run_state() const {
+  RunState state;
+  switch (state_) {
+    case State::paused: state.state = RunInfo::PAUSED; break;
+    case State::running: state.state = RunInfo::RUNNING; break;
+    case State::ended: state.state = RunInfo::ENDED; break;
+    case State::failed: state.state = RunInfo::FAILED; break;
+  }
+  state.rate = pacer_.rate();
+  return state;
 }
 
 void SimulationLoop::publish_run_info() {
-  RunInfo info;
-  switch (state_) {
-    case State::paused: info.state = RunInfo::PAUSED; break;
-    case State::running: info.state = RunInfo::RUNNING; break;
-    case State::ended: info.state = RunInfo::ENDED; break;
-    case State::failed: info.state = RunInfo::FAILED; break;
-  }
-  if (state_ == State::ended) info.message = outcome::to_string(outcome().ended);
-  if (state_ == State::failed) info.message = outcome().message;
-  info.start = clock_.start();
-  info.time = simulation_->time();
-  info.rate = pacer_.rate();
-  info.interval = interval();
-  info.cars = static_cast<std::uint32_t>(simulation_->cars().size());
-  info.title = simulation_->scenario().title;
-  publishers_.run_info(info, clock_.now());
+  const outcome::Outcome outcome = this->outcome();
+  std::string message;
+  if (state_ == State::ended) message = outcome::to_string(outcome.ended);
+  if (state_ == State::failed) message = outcome.message;
+  stream_.run_info(*simulation_, run_state(), message);
+}
+
+void SimulationLoop::watch_bag() {
+  if (!bag_ || bag_failed_ || bag_->error().empty()) return;
+  bag_failed_ = true;
+  ROS_ERROR_NAMED("run", "recording has ended: %s", bag_->error().c_str());
 }
 
 void SimulationLoop::report(WallTime now) {
   // A shorter stretch says nothing about the pace.
   const double window_min = 0.5 * parameters_.diagnostics_period;
   Health health;
-  health.run_id = run_id_;
+  health.run_id = run_id();
   switch (state_) {
     case State::paused: health.state = stepping_ ? "stepping" : "paused"; break;
     case State::running: health.state = "running"; break;
@@ -283,7 +288,7 @@ void SimulationLoop::report(WallTime now) {
   }
   health.late_max = late_max_;
   health.outcome = outcome();
-  diagnostics_.report(now, clock_.now(), health);
+  diagnostics_.report(now, stream_.now(), health);
   late_max_ = 0.0;
 }
 

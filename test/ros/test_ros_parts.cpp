@@ -134,8 +134,8 @@ TEST(Parameters, DefaultsAndValues) {
   const NodeParameters p = read_node_parameters(tree, "/n");
   EXPECT_EQ(p.rate, 0.5);
   EXPECT_FALSE(p.publish_clock);
-  EXPECT_EQ(p.markers_every, 2);
-  EXPECT_NEAR(p.event_coupler_force, 500.0 * inputs::kKip, 1e-3);
+  EXPECT_EQ(p.stream.markers_every, 2);
+  EXPECT_NEAR(p.stream.event_coupler_force, 500.0 * inputs::kKip, 1e-3);
 }
 
 void expect_refused(const std::string& xml, const std::string& key, const std::string& value,

@@ -10,6 +10,7 @@
 
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/ros/run_stream.hpp"
 
 namespace train_derail::ros_face {
 
@@ -18,14 +19,12 @@ struct NodeParameters {
   double rate = 1.0;  // simulated seconds per wall second; 0: as fast as the integrator goes [-]
   bool start_paused = false;
   bool exit_when_done = false;
-  std::string world_frame = "map";
-  std::string frame_prefix;  // of all other frames
+  StreamOptions stream;
   bool publish_clock = true;
   bool publish_tf = true;
-  int markers_every = 1;                               // grid points; 0: no markers
-  double event_coupler_force = 1000.0 * inputs::kKip;  // threshold of COUPLER_PEAK events [N]
-  double overload_threshold = 0.1;                     // share of wall time lost that is complained about [-]
-  double diagnostics_period = 1.0;                     // wall [s]
+  std::string bag;                  // file or folder to record to; empty: no recording
+  double overload_threshold = 0.1;  // share of wall time lost that is complained about [-]
+  double diagnostics_period = 1.0;  // wall [s]
 };
 
 /// Everything a scenario is made from, kept so that a later restart can change parts of it.

@@ -1,68 +1,42 @@
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
-#include "train_derail/Inputs.h"
-#include "train_derail/RunInfo.h"
-#include "train_derail/ros/event_detector.hpp"
-#include "train_derail/ros/frames.hpp"
-#include "train_derail/ros/marker_scene.hpp"
+#include "train_derail/ros/message_sink.hpp"
 #include "train_derail/ros/parameters.hpp"
-#include "train_derail/ros/pile_up_follower.hpp"
-#include "train_derail/ros/sim_clock.hpp"
 
 namespace train_derail::ros_face {
 
 /// All topics of the node, one publisher object each for its whole life: a latched one made anew would forget.
 /// Streams are latched too, so that who joins a paused run sees where it stands. Simulation thread only.
-class Publishers {
+class Publishers : public MessageSink {
  public:
   Publishers(::ros::NodeHandle& private_handle, const NodeParameters& parameters);
 
-  void start_run(std::uint32_t run_id, const inputs::Scenario& scenario, const std::vector<model::Car>& cars,
-                 const ::ros::Time& start);
-
-  /// One point of the grid of simulated time: clock, tf, cars, couplers, markers, in that order, all with `stamp`,
-  /// which must be newer than that of the point before.
-  void grid_point(const simulation::Snapshot& now, const outcome::Outcome& outcome, const ::ros::Time& stamp);
-  /// Sends the markers of the last grid point if that was left out for want of subscribers.
-  void complete_markers();
-
-  void event(const Occurrence& occurrence, const ::ros::Time& stamp);
-  void outcome(const outcome::Outcome& outcome, const ::ros::Time& stamp);
-  void run_info(RunInfo info, const ::ros::Time& stamp);
-  const Inputs& inputs() const { return inputs_message_; }
+  void clock(const rosgraph_msgs::Clock& m) override { publish(clock_, m); }
+  void tf(const tf2_msgs::TFMessage& m) override { publish(tf_, m); }
+  void tf_static(const tf2_msgs::TFMessage& m) override { publish(tf_static_, m); }
+  void cars(const CarStates& m) override { publish(cars_, m); }
+  void couplers(const CouplerForces& m) override { publish(couplers_, m); }
+  void markers(const visualization_msgs::MarkerArray& m) override { publish(markers_, m); }
+  void event(const Event& m) override { publish(events_, m); }
+  void inputs(const Inputs& m) override { publish(inputs_, m); }
+  void outcome(const Outcome& m) override { publish(outcome_, m); }
+  void run_info(const RunInfo& m) override { publish(run_info_, m); }
+  bool wants_markers() const override { return markers_ && markers_.getNumSubscribers() > 0; }
 
   /// Whether anybody listens to what the run yields.
   bool has_subscribers() const;
 
  private:
-  std_msgs::Header header(const ::ros::Time& stamp) const;
-  void send_markers();
+  /// Topics that the parameters switch off have no publisher.
+  template <class Message>
+  static void publish(const ::ros::Publisher& topic, const Message& message) {
+    if (topic) topic.publish(message);
+  }
 
-  const Frames frames_;
-  const bool publish_clock_, publish_tf_;
-  const int markers_every_;
   ::ros::Publisher clock_, tf_, tf_static_, cars_, couplers_, markers_, events_, inputs_, outcome_, run_info_;
-
-  std::uint32_t run_id_ = 0;
-  Inputs inputs_message_;
-  std::optional<MarkerScene> scene_;
-  PileUpFollower pile_up_;
-  std::int64_t grid_points_ = 0;  // of this run
-  bool markers_empty_ = false;    // nothing of this run is shown yet
-
-  // Of the last grid point, for complete_markers().
-  bool markers_sent_ = false;
-  simulation::Snapshot last_;
-  outcome::Outcome last_outcome_;
-  ::ros::Time last_stamp_;
 };
 
 }  // namespace train_derail::ros_face

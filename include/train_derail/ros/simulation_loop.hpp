@@ -5,17 +5,18 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "train_derail/ros/bag_recorder.hpp"
 #include "train_derail/ros/command_queue.hpp"
 #include "train_derail/ros/diagnostics.hpp"
-#include "train_derail/ros/event_detector.hpp"
 #include "train_derail/ros/pacer.hpp"
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/publishers.hpp"
-#include "train_derail/ros/sim_clock.hpp"
+#include "train_derail/ros/run_stream.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::ros_face {
@@ -35,7 +36,7 @@ struct StepProgress {
 
 class SimulationLoop {
  public:
-  /// Throws inputs::InputError if the scenario is not valid; nothing is advertised then.
+  /// Throws inputs::InputError if the scenario is not valid or the bag cannot be written; nothing is advertised then.
   SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters, const ScenarioSource& source);
 
   /// Until `stop` is set, ROS shuts down, or the run has ended and parameters.exit_when_done. Returns the exit code.
@@ -52,8 +53,8 @@ class SimulationLoop {
   /// Calls `done` when the steps are done, or at once if they are refused.
   using StepDone = std::function<void(const Answer&, const StepProgress&)>;
   void step(std::uint32_t ticks, double seconds, StepDone done);
-  const Inputs& inputs() const { return publishers_.inputs(); }
-  std::uint32_t run_id() const { return run_id_; }
+  const Inputs& inputs() const { return stream_.inputs(); }
+  std::uint32_t run_id() const { return stream_.run_id(); }
 
  private:
   enum class State { paused, running, ended, failed };
@@ -66,10 +67,12 @@ class SimulationLoop {
 
   void start_run(simulation::Simulation simulation, bool paused);
   void tick();
-  void publish_grid_point();
   void end_run();
   void finish_step(const Answer& answer);
   void publish_run_info();
+  /// Complains once if the recording has failed.
+  void watch_bag();
+  RunState run_state() const;
   void report(WallTime now);
   void anchor() { pacer_.anchor(WallClock::now(), simulation_->time()); }
   bool has_ended() const { return state_ == State::ended || state_ == State::failed; }
@@ -82,16 +85,16 @@ class SimulationLoop {
   ScenarioSource source_;
   std::optional<simulation::Simulation> simulation_;
   CommandQueue commands_;
+  std::unique_ptr<BagRecorder> bag_;
+  bool bag_failed_ = false;
   Publishers publishers_;
   Diagnostics diagnostics_;
-  SimClock clock_;
+  RunStream stream_;
   Pacer pacer_;
-  EventDetector events_;
 
   State state_ = State::paused;
   std::string exception_;  // of the run; empty if there was none
   std::optional<Stepping> stepping_;
-  std::uint32_t run_id_ = 0;
   std::int64_t tick_ = 0;  // the grid's point that was published last
   double late_max_ = 0.0;  // s
 };

@@ -1,0 +1,55 @@
+// A bag of what the node says, complete from the first message on because the one who speaks writes it.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include <rosbag/bag.h>
+
+#include "train_derail/ros/message_sink.hpp"
+
+namespace train_derail::ros_face {
+
+/// Writes PATH.active, which becomes PATH when it is closed. All topics but /clock, which `rosbag play --clock` makes;
+/// received at their stamps, latched as the node latches them. A disk that is full ends the recording, not the run.
+class BagRecorder : public MessageSink {
+ public:
+  /// `node`: name of the node whose topics these are, e.g. "/train_derail". Throws std::runtime_error that names the
+  /// file if it cannot be opened.
+  BagRecorder(std::string path, std::string node);
+  ~BagRecorder() override { close(); }
+  /// Makes the bag whole. Afterwards error() says whether it is.
+  void close();
+  /// What has gone wrong first, with the file; empty if nothing. Nothing more is written then.
+  const std::string& error() const { return error_; }
+  const std::string& path() const { return path_; }
+
+  void clock(const rosgraph_msgs::Clock& m) override;
+  void tf(const tf2_msgs::TFMessage& m) override;
+  void tf_static(const tf2_msgs::TFMessage& m) override;
+  void cars(const CarStates& m) override;
+  void couplers(const CouplerForces& m) override;
+  void markers(const visualization_msgs::MarkerArray& m) override;
+  void event(const Event& m) override;
+  void inputs(const Inputs& m) override;
+  void outcome(const Outcome& m) override;
+  void run_info(const RunInfo& m) override;
+  bool wants_markers() const override { return true; }
+
+ private:
+  void fail(const std::string& what);
+  template <class Message>
+  void write(const std::string& topic, const Message& message, const ::ros::Time& stamp, bool latch = true);
+
+  const std::string path_, node_;
+  std::unique_ptr<rosbag::Bag> bag_;  // none once closed
+  std::string error_;
+  ::ros::Time now_;  // stamp of the last grid point
+  std::map<std::string, boost::shared_ptr<::ros::M_string>> connections_;  // one header object a topic
+};
+
+/// `bag`: a file, or a folder, in which a file named by date and time of day is meant.
+std::string bag_path(const std::string& bag);
+
+}  // namespace train_derail::ros_face

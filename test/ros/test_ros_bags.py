@@ -1,0 +1,224 @@
+#!/usr/bin/python3
+"""Bags: recorded by sim.launch, written by derail without a master, replayed; real rosbag tools on all of them."""
+
+import io
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import xmlrpc.client
+
+import rosbag
+import roslib.packages
+import rosgraph
+import rospy
+import rostest
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool, Trigger
+
+from train_derail.msg import CarStates, CouplerForces
+
+LIMIT = 40.0  # wall seconds for anything
+
+
+def wait_for(condition, limit=LIMIT):
+    """Whether the condition came true in time; asked over and over."""
+    deadline = time.monotonic() + limit
+    pause = threading.Event()
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        pause.wait(0.02)
+    return True
+
+
+def program(name):
+    return roslib.packages.find_node('train_derail', name)[0]
+
+
+def contents(path):
+    """Every topic's messages as they were serialised, with their times of reception."""
+    topics = {}
+    with rosbag.Bag(path) as bag:
+        for topic, message, stamp in bag.read_messages(raw=True):
+            topics.setdefault(topic, []).append((stamp.to_nsec(), message[1]))
+    return topics
+
+
+class BagTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix='train_derail_bags_')
+        cls.scenario = rospy.get_param('~scenario_file')
+        cls.bag = os.path.join(cls.folder, 'offline.bag')
+        environment = dict(os.environ, ROS_MASTER_URI='http://localhost:1')  # nobody there
+        subprocess.run([program('derail'), 'run', cls.scenario, '--quiet', '--bag', cls.bag], check=True,
+                       env=environment, timeout=LIMIT)
+        cls.offline = contents(cls.bag)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def start(self, command, **options):
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+
+        def end():
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+                try:
+                    process.communicate(timeout=15.0)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    process.communicate()
+            process.stdout.close()
+
+        self.addCleanup(end)
+        return process
+
+    def launch(self, file, *arguments):
+        return self.start(['roslaunch', 'train_derail', file, 'rviz:=false', *arguments], cwd=self.folder,
+                          env=dict(os.environ, PWD=self.folder))
+
+    def record(self, name):
+        process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0', 'exit_when_done:=true',
+                              'record:=true', 'bag:=' + name)
+        output, _ = process.communicate(timeout=LIMIT)
+        self.assertEqual(process.returncode, 0, output)
+        return contents(self.path(name))
+
+    def test_the_offline_bag_is_complete_and_reads_well(self):
+        ticks = len(self.offline['/train_derail/cars'])
+        self.assertEqual(ticks, 151)  # 3 s at 50 Hz, both ends
+        for topic in ('/tf', '/train_derail/couplers', '/train_derail/markers'):
+            self.assertEqual(len(self.offline[topic]), ticks, topic)
+            self.assertEqual([t for t, _ in self.offline[topic]], [t for t, _ in self.offline['/train_derail/cars']])
+        for topic in ('/tf_static', '/train_derail/inputs'):
+            self.assertEqual(len(self.offline[topic]), 1, topic)
+        self.assertEqual(len(self.offline['/train_derail/run_info']), 2)
+        self.assertIn('/train_derail/events', self.offline)
+        self.assertNotIn('/clock', self.offline)
+        info = subprocess.run(['rosbag', 'info', self.bag], capture_output=True, text=True, check=True, timeout=LIMIT)
+        self.assertIn('train_derail/CarStates', info.stdout)
+        with rosbag.Bag(self.bag) as bag:
+            self.assertAlmostEqual(bag.get_end_time() - bag.get_start_time(), 3.0)
+            latched = {c.topic: c.header['latching'] for c in bag._get_connections()}
+        self.assertEqual(latched['/train_derail/inputs'], b'1')
+        self.assertEqual(latched['/train_derail/events'], b'0')
+
+    def test_recorded_twice_and_written_offline_are_equal(self):
+        first, second = self.record('first.bag'), self.record('second.bag')
+        self.assertEqual(first, second)
+        self.assertEqual(first, self.offline)
+
+    def test_a_bag_of_rosbag_record_holds_the_same(self):
+        topics = ['/tf', '/train_derail/cars', '/train_derail/couplers', '/train_derail/markers']
+        recorder = self.start(['rosbag', 'record', '-O', self.path('outside.bag'), '__name:=recorder', *topics])
+        self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0', 'start_paused:=true')
+        # Once connected the recorder has what is latched, and misses nothing of the run.
+        self.assertTrue(wait_for(lambda: all(self.received('/recorder', t) > 0 for t in topics)))
+        rospy.wait_for_service('/train_derail/resume', LIMIT)
+        self.assertTrue(rospy.ServiceProxy('/train_derail/resume', Trigger)().success)
+        self.assertTrue(wait_for(lambda: all(self.received('/recorder', t) >= len(self.offline[t]) for t in topics)))
+        recorder.send_signal(signal.SIGINT)
+        recorder.communicate(timeout=LIMIT)
+        with rosbag.Bag(self.path('outside.bag')) as outside, rosbag.Bag(self.bag) as ours:
+            for topic in topics:
+                # roscpp may send the latched message twice to who connects while it is published.
+                a = list(dict.fromkeys(self.plain(m) for _, m, _ in outside.read_messages([topic])))
+                b = [self.plain(m) for _, m, _ in ours.read_messages([topic])]
+                self.assertEqual(a, b, topic)
+
+    @staticmethod
+    def received(node, topic):
+        """How many messages of a topic a node has had, as it says itself; 0 if it is not there."""
+        try:
+            uri = rosgraph.Master('/test').lookupNode(node)
+            _, subscriptions = xmlrpc.client.ServerProxy(uri).getBusStats('/test')
+        except (OSError, rosgraph.MasterError):
+            return 0
+        return sum(c[2] for name, connections in subscriptions if name == topic for c in connections)
+
+    @staticmethod
+    def plain(message):
+        """As bytes, but for the number that roscpp gives to what it publishes."""
+        if hasattr(message, 'header'):
+            message.header.seq = 0
+        buffer = io.BytesIO()
+        message.serialize(buffer)
+        return buffer.getvalue()
+
+    def test_an_interrupt_closes_the_bag_whole(self):
+        process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0.2', 'record:=true', 'bag:=cut.bag')
+        seen = []
+        subscriber = rospy.Subscriber('/train_derail/cars', CarStates, lambda m: seen.append(m.time))
+        self.assertTrue(wait_for(lambda: seen and seen[-1] > 0.1))
+        subscriber.unregister()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=LIMIT)
+        self.assertFalse(os.path.exists(self.path('cut.bag.active')))
+        cut = contents(self.path('cut.bag'))
+        for topic in ('/tf', '/train_derail/cars', '/train_derail/couplers', '/train_derail/markers'):
+            self.assertGreater(len(cut[topic]), 5)
+            self.assertLess(len(cut[topic]), 151)
+            self.assertEqual(cut[topic], self.offline[topic][:len(cut[topic])], topic)
+
+    def test_replay_equals_the_run(self):
+        cars, couplers, clocks = [], [], []
+        self.launch('replay.launch', 'bag:=offline.bag', 'pause:=true', 'rate:=5')
+        subscribers = [
+            rospy.Subscriber('/train_derail/cars', CarStates, cars.append),
+            rospy.Subscriber('/train_derail/couplers', CouplerForces, couplers.append),
+            rospy.Subscriber('/clock', Clock, lambda m: clocks.append(m.clock)),
+        ]
+        self.assertTrue(wait_for(lambda: all(s.get_num_connections() > 0 for s in subscribers)))
+        rospy.wait_for_service('/player/pause_playback', LIMIT)
+        self.assertTrue(rospy.ServiceProxy('/player/pause_playback', SetBool)(False).success)
+        self.assertTrue(wait_for(lambda: cars and couplers and cars[-1].time >= 3.0 and couplers[-1].time >= 3.0))
+        publishers = {t: nodes for t, nodes in rosgraph.Master('/test').getSystemState()[0]}
+        self.assertEqual(publishers['/clock'], ['/player'])
+        self.assertNotIn('/train_derail/pause', dict(rosgraph.Master('/test').getSystemState()[2]))
+        for subscriber in subscribers:
+            subscriber.unregister()
+        self.assertEqual(clocks, sorted(clocks))
+        with rosbag.Bag(self.bag) as bag:
+            for topic, seen in (('/train_derail/cars', cars), ('/train_derail/couplers', couplers)):
+                expected = [self.plain(m) for _, m, _ in bag.read_messages([topic])]
+                self.assertEqual([self.plain(m) for m in seen], expected[-len(seen):], topic)
+                self.assertGreaterEqual(len(seen), len(expected) - 1)
+
+    def test_what_cannot_be_written_is_said(self):
+        process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0', 'exit_when_done:=true', 'record:=true',
+                              'bag:=/nowhere/a.bag')
+        output, _ = process.communicate(timeout=LIMIT)
+        self.assertIn('/nowhere/a.bag', output)
+        self.assertIn('exit code 2', output)
+        derail = [program('derail'), 'run', self.scenario, '--quiet', '--bag']
+        done = subprocess.run(derail + ['/nowhere/a.bag'], capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('/nowhere/a.bag', done.stderr)
+
+        def small_disk():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (200000, 200000))
+
+        full = self.path('full.bag')
+        done = subprocess.run(derail + [full], capture_output=True, text=True, timeout=LIMIT, preexec_fn=small_disk)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn(full, done.stderr)
+        self.assertFalse(os.path.exists(full))
+
+
+if __name__ == '__main__':
+    rospy.init_node('test_ros_bags')
+    rostest.rosrun('train_derail', 'test_ros_bags', BagTest, sys.argv)
