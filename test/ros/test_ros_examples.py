@@ -140,8 +140,8 @@ class ExamplesTest(unittest.TestCase):
         answer = rospy.ServiceProxy('/train_derail/restart', Restart)(
             scenario=yaml.safe_dump({
                 'title': 'mixed',
-                'consist': [{'count': 3, 'length': '40 ft', 'width': '9 ft', 'weight': '100 kip'},
-                            {'count': 6, 'length': '89 ft', 'width': '11 ft', 'weight': '200 kip'}],
+                'consist': [{'count': count, 'length': length, 'width': length / 6, 'weight': '150 kip'}
+                            for count, length in ((1, 14.0), (2, 20.0), (1, 16.0), (2, 24.0), (1, 18.0), (2, 26.0))],
                 'initial': {'speed': '60 mph', 'yaw_rate': 0.3},
                 'stop': {'time_max': 4.0}}))
         self.assertTrue(answer.success, answer.message)
