@@ -95,7 +95,10 @@ void write_all(int file, const std::string& path, const std::string& text) {
 }
 
 void write_file(const std::string& path, const std::string& text) {
-  const std::string fresh = path + ".new";
+  // Shards of one study may write the same file at the same time, from several machines.
+  char host[256] = "";
+  gethostname(host, sizeof host - 1);
+  const std::string fresh = fmt::format("{}.new.{}.{}", path, host, getpid());
   {
     std::ofstream file(fresh, std::ios::binary);
     file << text;
@@ -124,7 +127,10 @@ void claim_folder(const std::string& folder, const Study& study) {
   const std::string now = to_json(study);
   if (!fs::exists(file)) {
     for (const auto& entry : fs::directory_iterator(folder)) {
-      if (is_journal(entry.path())) fail(folder, "holds a journal but no study.json: not a folder of this program");
+      // Looked for again: another shard may have begun in the meantime.
+      if (is_journal(entry.path()) && !fs::exists(file)) {
+        fail(folder, "holds a journal but no study.json: not a folder of this program");
+      }
     }
     write_file(file.string(), now + "\n");
     return;

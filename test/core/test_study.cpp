@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -223,6 +224,33 @@ TEST_F(StudyTest, ShardsTogetherAreTheWhole) {
   study::gather((folder_ / "merged").string(),
                 {(folder_ / "shard1").string(), (folder_ / "shard2").string(), (folder_ / "shard3").string()}, s);
   EXPECT_EQ(runs_csv(s, "merged"), runs_csv(s, "whole"));
+}
+
+TEST_F(StudyTest, ShardsMayBeginAtTheSameMoment) {
+  const study::Study s = read();
+  constexpr int kShards = 4;
+  for (int round = 0; round < 50; ++round) {
+    const std::string out = (folder_ / std::to_string(round)).string();
+    std::vector<pid_t> shards;
+    for (int i = 1; i <= kShards; ++i) {
+      shards.push_back(fork());
+      ASSERT_GE(shards.back(), 0);
+      if (shards.back() != 0) continue;
+      try {
+        study::claim_folder(out, s);
+        const study::Journal journal(out, s, {i, kShards});
+        _exit(0);
+      } catch (const std::exception& e) {
+        std::fprintf(stderr, "shard %d: %s\n", i, e.what());
+        _exit(1);
+      }
+    }
+    for (const pid_t shard : shards) {
+      int status = 0;
+      waitpid(shard, &status, 0);
+      EXPECT_EQ(status, 0);
+    }
+  }
 }
 
 TEST_F(StudyTest, FailedRunsStayWithTheirReason) {

@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+"""A study on a SLURM cluster of two nodes, one of which is lost on the way. Usage: test_slurm.py DERAIL"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from cluster import Cluster
+
+SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '../../scripts/slurm_study.sh')
+DERAIL = ''
+SHARDS = 4
+RUNS = 6 * 24
+
+SCENARIO = """
+consist:
+  - {count: 20, length: 61.1 ft, weight: 150 kip}
+initial: {speed: 30 mph, yaw_rate: 0.2}
+stop: {time_max: 4 s}
+"""
+STUDY = """
+title: on a cluster
+scenario: a scenario.yaml
+plan: grid
+factors:
+  - {key: initial.speed, values: [20 mph, 30 mph, 40 mph]}
+  - {key: coupler.slack, values: [0.5 in, 1 in]}
+replicates: 24
+perturbation: {spacing: 3 mm, yaw_rate: 0.01}
+"""
+
+
+class SlurmTest(unittest.TestCase):
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix='derail_slurm_')
+        self.addCleanup(shutil.rmtree, self.folder)
+        os.chmod(self.folder, 0o711)
+        for name, text in (('a scenario.yaml', SCENARIO), ('a study.yaml', STUDY)):
+            with open(self.path(name), 'w', encoding='utf-8') as f:
+                f.write(text)
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def read(self, *names):
+        with open(self.path(*names), 'rb') as f:
+            return f.read()
+
+    def submit(self, *arguments, environment=None):
+        return subprocess.run([SCRIPT, *arguments], env={**(environment or os.environ), 'DERAIL': DERAIL}, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False, timeout=60)
+
+    def test_table_is_that_of_one_machine_though_a_node_is_lost(self):
+        study = self.path('a study.yaml')
+        subprocess.run([DERAIL, 'study', study, '--out', self.path('alone'), '--quiet'], check=True)
+
+        cluster_folder = self.path('cluster')
+        os.mkdir(cluster_folder)
+        cluster = Cluster(cluster_folder, nodes=2)
+        self.addCleanup(cluster.close)
+        submitted = self.submit(study, '--out', self.path('out put'), '--shards', str(SHARDS), environment=cluster.environment)
+        self.assertEqual(submitted.returncode, 0, submitted.stderr)
+        array, merge = re.match(r'shards: job (\d+); merge: job (\d+);', submitted.stdout).groups()
+
+        # The first shard that has computed something, but not all, loses its node.
+        def rows(shard):
+            try:
+                return self.read('out put', 'journal.%d-of-%d.csv' % (shard, SHARDS)).count(b'\n') - 1
+            except FileNotFoundError:
+                return 0
+
+        def begun():
+            return [s for s in range(1, SHARDS + 1) if 1 < rows(s) < RUNS / SHARDS / 2]
+
+        cluster.wait_for(begun)
+        shard = begun()[0]
+        task = '%s_%d' % (array, shard)
+        before = cluster.job(task)
+        self.assertEqual(before['JobState'], 'RUNNING', before)
+        self.assertGreater(len(cluster.daemons[before['NodeList']].processes()), 2)  # slurmd, the step, derail
+        cluster.kill_node(before['NodeList'])
+        saved = self.read('out put', 'journal.%d-of-%d.csv' % (shard, SHARDS))
+        self.assertLess(saved.count(b'\n') - 1, RUNS / SHARDS)
+
+        cluster.wait_for(lambda: cluster.job(merge).get('JobState') in ('COMPLETED', 'FAILED', 'CANCELLED'), limit=150.0)
+        log = self.read('out put', 'slurm', 'shard-%d.log' % shard).decode()
+        self.assertEqual(cluster.job(merge)['JobState'], 'COMPLETED', log + cluster.logs())
+        after = cluster.job(task)
+        self.assertEqual((after['JobState'], after['Restarts']), ('COMPLETED', '1'), after)
+        self.assertNotEqual(after['NodeList'], before['NodeList'])
+
+        # What was on disk has not been computed again, but for a line that was torn.
+        whole = saved[:saved.rindex(b'\n') + 1]
+        self.assertTrue(self.read('out put', 'journal.%d-of-%d.csv' % (shard, SHARDS)).startswith(whole))
+        for name in ('runs.csv', 'summary.csv'):
+            self.assertEqual(self.read('out put', name), self.read('alone', name), name)
+        self.assertIn(b'%d of %d runs' % (RUNS, RUNS), self.read('out put', 'slurm', 'merge.log'))
+
+    def test_nothing_is_submitted_that_cannot_work(self):
+        study = self.path('a study.yaml')
+        for arguments, said in (
+                (['missing.yaml', '--out', 'x', '--shards', '2'], 'missing.yaml: cannot be read'),
+                ([study, '--out', 'x', '--shards', '0'], '--shards = 0: out of range'),
+                ([study, '--out', 'x', '--shards', 'two'], '--shards = two: out of range'),
+                ([study, '--out', 'x', '--shards'], '--shards: missing value'),
+                ([study, '--out', 'x', '--shards', '2', 'other.yaml'], 'other.yaml: a second study file'),
+                ([study, '--shards', '2'], 'usage: slurm_study.sh')):
+            refused = self.submit(*arguments)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            self.assertIn(said, refused.stderr)
+
+
+if __name__ == '__main__':
+    DERAIL = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
