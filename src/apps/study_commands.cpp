@@ -48,9 +48,7 @@ std::string folder_of(const Arguments& a) {
 }
 
 int finish(const std::string& folder, const study::Study& study, std::int64_t failed, double wall_time, bool quiet) {
-  const std::int64_t runs = study::write_runs(folder, study);
-  study::write_summary(folder, study);
-  study::write_about(folder, study, runs, failed, wall_time);
+  const std::int64_t runs = study::write_results(folder, study, failed, wall_time);
   const auto total = static_cast<std::int64_t>(study::points(study).size()) * study.replicates;
   if (!quiet) {
     std::cout << study.title << "\n"

@@ -129,6 +129,14 @@ YAML::Node load_file(const std::string& path) {
   }
 }
 
+YAML::Node load_text(const std::string& text, const std::string& source) {
+  try {
+    return YAML::Load(text);
+  } catch (const YAML::ParserException& e) {
+    throw InputError(located(source, e.mark), "", "", "not YAML: " + e.msg, "");
+  }
+}
+
 Scenario read_scenario_file(const std::string& path, const std::vector<Override>& overrides) {
   return read_scenario(load_file(path), path, overrides);
 }

@@ -11,6 +11,7 @@
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/services.hpp"
 #include "train_derail/ros/simulation_loop.hpp"
+#include "train_derail/ros/study_action.hpp"
 
 namespace train_derail::ros_face {
 
@@ -33,6 +34,7 @@ int run(::ros::NodeHandle& handle) {
     ROS_WARN_NAMED("run", "/use_sim_time is not set: nodes that do not follow /clock will not match the stamps");
   }
   Services services(handle, loop);
+  StudyAction study_action(handle);
   return loop.run(g_stop);
 }
 

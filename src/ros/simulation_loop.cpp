@@ -225,11 +225,7 @@ Answer SimulationLoop::restart(const RestartRequest& request) {
   if (!request.scenario.empty()) {
     next = {};
     next.name = "~restart";
-    try {
-      next.tree = std::make_shared<const YAML::Node>(YAML::Load(request.scenario));
-    } catch (const YAML::Exception& e) {
-      throw inputs::InputError(next.name, "", "", e.what(), "YAML");
-    }
+    next.tree = std::make_shared<const YAML::Node>(inputs::load_text(request.scenario, next.name));
   } else if (request.parameters) {
     next = read_scenario_source(*request.parameters, ::ros::this_node::getName());
   }

@@ -87,7 +87,10 @@ RunReport run_study(const Study& study, const RunOptions& options, const std::fu
             }
             ++report.computed;
             ++progress.done;
-            if (outcome.ended == outcome::Ended::integration_failed) ++report.failed;
+            if (outcome.ended == outcome::Ended::integration_failed) {
+              ++report.failed;
+              progress.message = outcome.message;
+            }
             progress.failed = report.failed;
             progress.rate = static_cast<double>(report.computed) / elapsed();
             on_progress(progress);

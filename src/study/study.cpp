@@ -127,10 +127,7 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
   return f;
 }
 
-}  // namespace
-
-Study read_study_file(const std::string& path) {
-  const YAML::Node root = inputs::load_file(path);
+Study read_study(const YAML::Node& root, const std::string& path) {
   inputs::UnitSystem units;
   inputs::Places places;
   const std::vector<inputs::Override> none;
@@ -175,6 +172,14 @@ Study read_study_file(const std::string& path) {
     if (!found) throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
   }
   return study;
+}
+
+}  // namespace
+
+Study read_study_file(const std::string& path) { return read_study(inputs::load_file(path), path); }
+
+Study read_study_text(const std::string& text, const std::string& path) {
+  return read_study(inputs::load_text(text, path), path);
 }
 
 std::string to_json(const Study& s) {

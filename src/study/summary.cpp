@@ -14,6 +14,7 @@
 
 #include "train_derail/inputs/units.hpp"
 #include "train_derail/outcome/quantities.hpp"
+#include "train_derail/study/journal.hpp"
 #include "train_derail/study/statistics.hpp"
 
 namespace train_derail::study {
@@ -207,6 +208,13 @@ void write_about(const std::string& folder, const Study& study, std::int64_t run
   j["failed"] = failed;
   j["wall_time"] = wall_time;
   save(folder, "about.json", j.dump(2) + "\n");
+}
+
+std::int64_t write_results(const std::string& folder, const Study& study, std::int64_t failed, double wall_time) {
+  const std::int64_t runs = write_runs(folder, study);
+  write_summary(folder, study);
+  write_about(folder, study, runs, failed, wall_time);
+  return runs;
 }
 
 std::string to_table(const std::string& folder, const Study& study) {

@@ -184,6 +184,18 @@ class Cluster:
         pairs = (p.partition('=') for p in self._ask('scontrol', 'show', 'job', '-o', job).split())
         return {name: value for name, _, value in pairs}
 
+    def node_that_runs(self, argument):
+        """Name of the node with a process that has this argument."""
+        for name, daemon in self.daemons.items():
+            for process in daemon.processes():
+                try:
+                    with open('/proc/%d/cmdline' % process, 'rb') as f:
+                        if argument.encode() in f.read().split(b'\0'):
+                            return name
+                except OSError:
+                    pass  # it has just ended
+        raise RuntimeError('no node runs %s:\n%s' % (argument, self.logs()))
+
     def kill_node(self, name):
         """As if its power were cut: the daemon, its steps and what they run."""
         self.daemons[name].kill()

@@ -20,8 +20,9 @@ struct Override {
 /// Splits "key=value". Throws InputError if there is no '='.
 Override parse_override(std::string_view text);
 
-/// A YAML file as a tree. Throws InputError (unreadable, not YAML).
+/// A YAML file, or text that `source` names, as a tree. Throw InputError (unreadable, not YAML).
 YAML::Node load_file(const std::string& path);
+YAML::Node load_text(const std::string& text, const std::string& source);
 
 /// Reads and validates a scenario file. Throws InputError (unreadable file, YAML syntax, key, type, unit, range).
 Scenario read_scenario_file(const std::string& path, const std::vector<Override>& overrides = {});

@@ -22,6 +22,7 @@ struct Progress {
   std::int64_t done = 0, total = 0;  // of this shard, runs of earlier calls included
   std::int64_t failed = 0;           // by this call
   double rate = 0.0;                 // runs a second, of this call
+  std::string message;               // why the last run that failed did
 };
 
 struct RunReport {

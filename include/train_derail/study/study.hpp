@@ -43,6 +43,8 @@ struct Study {
 
 /// `scenario` in the file is a path relative to the file. Throws inputs::InputError.
 Study read_study_file(const std::string& path);
+/// The same from the file's text; `path` names it in errors and is what a relative `scenario` starts from.
+Study read_study_text(const std::string& text, const std::string& path);
 
 /// One value a factor (SI as text), in the order of Study::factors.
 struct Point {
