@@ -4,13 +4,15 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
+#include <ostream>
 #include <stdexcept>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -62,7 +64,8 @@ bool is_journal(const fs::path& path) {
   return path.extension() == ".csv" && path.filename().string().compare(0, 8, "journal.") == 0;
 }
 
-/// Calls use(index, line) for every whole row of a journal; returns the length of the part that holds whole lines.
+/// Calls use(index, place, line) for every whole row of a journal, `place` being where in the file the line starts;
+/// returns the length of the part that holds whole lines.
 template <class Use>
 std::uintmax_t read_rows(const fs::path& path, const std::string& expected_header, Use use) {
   std::ifstream file(path, std::ios::binary);
@@ -71,6 +74,7 @@ std::uintmax_t read_rows(const fs::path& path, const std::string& expected_heade
   bool first = true;
   for (std::string line; std::getline(file, line);) {
     if (file.eof()) break;  // no newline: torn
+    const std::uintmax_t place = whole;
     whole += line.size() + 1;
     if (first) {
       if (line != expected_header + ",wall_time") fail(path.string(), "is not a journal of this study (its header differs)");
@@ -80,7 +84,7 @@ std::uintmax_t read_rows(const fs::path& path, const std::string& expected_heade
     std::int64_t index = -1;
     const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), index);
     if (error != std::errc() || *end != ',') fail(path.string(), "line '" + line + "' does not start with a run's number");
-    use(index, line);
+    use(index, place, line);
   }
   return whole;
 }
@@ -94,14 +98,16 @@ void write_all(int file, const std::string& path, const std::string& text) {
   fail(path, why);
 }
 
-void write_file(const std::string& path, const std::string& text) {
+/// Calls write(stream) on a new file that takes the place of `path` when it is whole.
+template <class Write>
+void write_file(const std::string& path, Write write) {
   // Shards of one study may write the same file at the same time, from several machines.
   char host[256] = "";
   gethostname(host, sizeof host - 1);
   const std::string fresh = fmt::format("{}.new.{}.{}", path, host, getpid());
   {
     std::ofstream file(fresh, std::ios::binary);
-    file << text;
+    write(file);
     file.close();
     if (!file) fail(fresh, "cannot be written");
   }
@@ -132,7 +138,7 @@ void claim_folder(const std::string& folder, const Study& study) {
         fail(folder, "holds a journal but no study.json: not a folder of this program");
       }
     }
-    write_file(file.string(), now + "\n");
+    write_file(file.string(), [&](std::ostream& out) { out << now << "\n"; });
     return;
   }
   std::ifstream in(file);
@@ -151,8 +157,9 @@ Journal::Journal(const std::string& folder, const Study& study, const Shard& sha
     fail(path_, "another process is writing it");
   }
   try {
-    const std::uintmax_t whole =
-        read_rows(path_, header(study), [this](std::int64_t index, const std::string&) { finished_.push_back(index); });
+    const std::uintmax_t whole = read_rows(path_, header(study), [this](std::int64_t index, std::uintmax_t, const std::string&) {
+      finished_.push_back(index);
+    });
     if (ftruncate(file_, static_cast<off_t>(whole)) != 0) fail_errno(path_);
     if (whole == 0) write_all(file_, path_, header(study) + ",wall_time\n");
   } catch (...) {
@@ -168,16 +175,34 @@ void Journal::append(const Point& point, const Run& run, const outcome::Outcome&
 }
 
 std::int64_t write_runs(const std::string& folder, const Study& study) {
-  std::map<std::int64_t, std::string> rows;
+  // Where each row lies, not the row itself: a study may have more runs than fit into memory.
+  struct Row {
+    std::int64_t index;
+    std::size_t journal;
+    std::uintmax_t place;
+  };
+  std::vector<Row> rows;
+  std::vector<std::ifstream> journals;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (!is_journal(entry.path())) continue;
-    read_rows(entry.path(), header(study), [&](std::int64_t index, const std::string& line) {
-      rows[index] = line.substr(0, line.rfind(','));
+    read_rows(entry.path(), header(study), [&](std::int64_t index, std::uintmax_t place, const std::string&) {
+      rows.push_back({index, journals.size(), place});
     });
+    journals.emplace_back(entry.path(), std::ios::binary);
   }
-  std::string text = header(study) + "\n";
-  for (const auto& [index, line] : rows) text += line + "\n";
-  write_file((fs::path(folder) / "runs.csv").string(), text);
+  // The same run in two journals has the same row.
+  std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.index < b.index; });
+  rows.erase(std::unique(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.index == b.index; }), rows.end());
+  write_file((fs::path(folder) / "runs.csv").string(), [&](std::ostream& out) {
+    out << header(study) << "\n";
+    std::string line;
+    for (const Row& row : rows) {
+      std::ifstream& journal = journals[row.journal];
+      journal.seekg(static_cast<std::streamoff>(row.place));
+      if (!std::getline(journal, line)) fail(folder, "a journal cannot be read a second time");
+      out << line.substr(0, line.rfind(',')) << "\n";
+    }
+  });
   return static_cast<std::int64_t>(rows.size());
 }
 

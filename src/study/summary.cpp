@@ -3,6 +3,7 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -25,7 +26,7 @@ namespace {
 struct Row {
   std::int64_t point;
   bool failed;
-  std::vector<double> values;
+  std::array<double, outcome::kQuantities.size()> values;
 };
 
 std::vector<Row> read_runs(const std::string& folder, const Study& study) {
@@ -47,9 +48,9 @@ std::vector<Row> read_runs(const std::string& folder, const Study& study) {
     }
     Row row{std::stoll(fields[1]), fields.back() == outcome::to_string(outcome::Ended::integration_failed), {}};
     for (std::size_t i = 0; i < outcome::kQuantities.size(); ++i) {
-      row.values.push_back(std::strtod(fields[4 + study.factors.size() + i].c_str(), nullptr));
+      row.values[i] = std::strtod(fields[4 + study.factors.size() + i].c_str(), nullptr);
     }
-    rows.push_back(std::move(row));
+    rows.push_back(row);
   }
   return rows;
 }
