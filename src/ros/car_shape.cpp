@@ -83,7 +83,7 @@ void add_tank(CarShape& shape, double f, double w) {
 
 /// Open top: walls with a rim, sheets that slope down to a slot, braces across, ribs outside.
 void add_hopper(CarShape& shape, double f, double w) {
-  constexpr double kSlot = 2.6;
+  constexpr double kSlot = 3.4;
   const double rim = std::min(0.3, 0.2 * w);
   const std::array<double, 4> sx{1.0, 1.0, -1.0, -1.0}, sy{-1.0, 1.0, 1.0, -1.0};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -96,9 +96,9 @@ void add_hopper(CarShape& shape, double f, double w) {
     add_quad(shape.body, corner(i, f, w, kRoofHeight), corner(j, f, w, kRoofHeight),
              corner(j, f - rim, w - rim, kRoofHeight), corner(i, f - rim, w - rim, kRoofHeight));
     add_quad(shape.body, corner(i, f - rim, w - rim, kRoofHeight), corner(j, f - rim, w - rim, kRoofHeight),
-             corner(j, 0.78 * f, 0.3 * w, kSlot), corner(i, 0.78 * f, 0.3 * w, kSlot));
+             corner(j, 0.78 * f, 0.22 * w, kSlot), corner(i, 0.78 * f, 0.22 * w, kSlot));
   }
-  add_plate(shape.dark, -0.78 * f, 0.78 * f, 0.3 * w, kSlot);
+  add_plate(shape.dark, -0.78 * f, 0.78 * f, 0.22 * w, kSlot);
   add_footprint(shape.edges, f, w, kRoofHeight + 0.01);
   for (const double x : {-0.6 * f, -0.2 * f, 0.2 * f, 0.6 * f}) {
     add_line(shape.edges, make_point(x, -w, kRoofHeight), make_point(x, w, kRoofHeight));

@@ -44,7 +44,7 @@ constexpr double kCouplerHeight = 0.9;
 constexpr double kArrowLength = 2.6, kArrowWidth = 2.4;  // on the roofs' ends, at full force
 constexpr double kArrowForceMin = 1.0e3;                 // N
 constexpr double kTieSpacing = 0.8, kTiesReach = 100.0;
-constexpr double kNearText = 2.6;
+constexpr double kNearText = 3.0;
 /// Bodies may lie across each other (the model has no contact between them): small steps in height keep roofs apart.
 constexpr int kLayers = 32;
 constexpr double kLayerStep = 0.03;
@@ -52,6 +52,8 @@ constexpr double kAboveRoofs = kRoofHeight + kLayerStep * kLayers;
 
 constexpr double kFlashTime = 1.0;      // simulated [s]
 constexpr double kSpeedTextMin = 1.0;   // slower touches have no text [m/s]
+constexpr double kSpeedTextAside = 14.0;  // m
+constexpr int kSpeedRows = 6;             // on both sides together
 constexpr double kStarMin = 1.5, kStarPerSpeed = 0.5, kStarMax = 8.0;  // radius [m], [m per m/s], [m]
 
 /// A car's axes in the world, to place points given in its own.
@@ -104,7 +106,7 @@ MarkerScene::MarkerScene(const std::vector<model::Car>& cars, double coupler_len
   m[kStatusNear] = make_text("status_near", 0, kNearText);
   m[kStars] = make_triangles("touches", 0, colour(1.0, 1.0, 1.0));
   for (std::size_t i = kSpeeds; i < kSpeedsEnd; ++i) {
-    m[i] = make_text("touches", static_cast<int>(i - kSpeeds) + 1, 2.0);
+    m[i] = make_text("touches", static_cast<int>(i - kSpeeds) + 1, kNearText);
   }
   add_track();
   add_legends();
@@ -138,7 +140,7 @@ void MarkerScene::add_track() {
     m[kTies].points.push_back(make_point(x, -1.3, 0.1));
     m[kTies].points.push_back(make_point(x, 1.3, 0.1));
   }
-  m[kForceName].text = "coupler force: up buff, down draft";
+  m[kForceName].text = "coupler force (root): up buff, down draft";
   m[kForceName].pose.position = make_point(-0.85 * train_length_, force_axis_y_ - m[kForceName].scale.z, 0.0);
   m[kPodName].text = "point of derailment";
   m[kPodName].pose.position = make_point(0.0, -11.0, 0.5);
@@ -149,10 +151,10 @@ void MarkerScene::add_legends() {
   const double height = 0.7 * far_text_;
   for (Marker& marker : make_legend("legend", height)) {
     marker.pose.position.x -= 0.5 * train_length_;
-    marker.pose.position.y += force_axis_y_ + 2.0 * far_text_ + 6.0 * height;
+    marker.pose.position.y += 1.65 * force_axis_y_ + 5.5 * height;
     m.push_back(marker);
   }
-  for (const Marker& marker : make_legend("legend_near", 0.8 * kNearText)) {
+  for (const Marker& marker : make_legend("legend_near", 0.75 * kNearText)) {
     near_legend_.push_back(marker.pose.position);
     m.push_back(marker);
   }
@@ -191,10 +193,14 @@ void MarkerScene::draw_cars(const simulation::Snapshot& now) {
   }
 }
 
+/// Upwards in buff; short enough for the strongest not to reach the train.
+double MarkerScene::bar_length(double force) const {
+  return std::copysign(0.2 * force_axis_y_ * std::min(std::sqrt(std::abs(force) / kForceFull), 3.0), force);
+}
+
 void MarkerScene::draw_couplers(const simulation::Snapshot& now) {
   auto& m = array_.markers;
   if (now.couplers.empty()) return;
-  const double metres_per_newton = std::max(28.0, 2.0 * far_text_) / kForceFull;
   m[kForceAxis].points = {make_point(now.cars.front().x, force_axis_y_, 0.0),
                           make_point(now.cars.back().x, force_axis_y_, 0.0)};
   for (std::size_t i = 0; i < now.couplers.size(); ++i) {
@@ -208,7 +214,7 @@ void MarkerScene::draw_couplers(const simulation::Snapshot& now) {
     paint(m[kCouplers], c);
     m[kForceBars].points.insert(
         m[kForceBars].points.end(),
-        {make_point(x, force_axis_y_, 0.0), make_point(x, force_axis_y_ + force * metres_per_newton, 0.0)});
+        {make_point(x, force_axis_y_, 0.0), make_point(x, force_axis_y_ + bar_length(force), 0.0)});
     paint(m[kForceBars], c);
     if (std::abs(force) < kArrowForceMin) continue;
     // On both roofs, with the tip at the coupler in buff, the base in draft.
@@ -246,7 +252,7 @@ void MarkerScene::draw_text(const simulation::Snapshot& now, const outcome::Outc
   for (std::size_t i = 0; i < near_legend_.size(); ++i) {
     const geometry_msgs::Point& own = near_legend_[i];
     m[m.size() - near_legend_.size() + i].pose.position =
-        make_point(pile_up_x + own.x, pile_up_y - 42.0 + own.y, own.z);
+        make_point(pile_up_x + own.x, pile_up_y - 38.0 + own.y, own.z);
   }
 }
 
@@ -274,13 +280,31 @@ void MarkerScene::draw_flashes(double time, const std::vector<outcome::Closing>&
     std::stable_sort(told.begin(), told.end(), [](const auto* a, const auto* b) { return a->speed > b->speed; });
     told.resize(kTold);
   }
+  std::stable_sort(told.begin(), told.end(), [](const auto* a, const auto* b) { return a->time < b->time; });
   for (std::size_t i = 0; i < kTold; ++i) {
     Marker& text = m[kSpeeds + i];
     text.text.clear();
     if (i >= told.size()) continue;
     text.text = speed_text(told[i]->speed);
-    text.color.a = static_cast<float>(1.0 - 0.8 * (time - told[i]->time) / flash_time_);
-    text.pose.position = make_point(told[i]->x, told[i]->y, kAboveRoofs + 3.0);
+    text.color.a = static_cast<float>(1.0 - 0.6 * (time - told[i]->time) / flash_time_);
+    // Beside the cars with a pointer to the place, farther out where an older one is in the way.
+    double offset = 0.0;
+    for (int row = 0; row < kSpeedRows; ++row) {
+      const double side = (told[i]->car_a + row) % 2 == 0 ? 1.0 : -1.0;
+      offset = side * (kSpeedTextAside + row / 2 * 1.7 * kNearText);
+      const auto in_the_way = [&](const Marker& other) {
+        return std::abs(other.pose.position.x - told[i]->x) < 9.0 * kNearText &&
+               std::abs(other.pose.position.y - told[i]->y - offset) < 1.2 * kNearText;
+      };
+      const auto first = m.begin() + kSpeeds;
+      if (std::none_of(first, first + static_cast<std::ptrdiff_t>(i), in_the_way)) break;
+    }
+    const double z = kAboveRoofs + 0.4, end = told[i]->y + offset - std::copysign(0.7 * kNearText, offset);
+    text.pose.position = make_point(told[i]->x, told[i]->y + offset, z);
+    m[kStars].points.insert(m[kStars].points.end(),
+                            {make_point(told[i]->x, told[i]->y, z), make_point(told[i]->x + 0.3, end, z),
+                             make_point(told[i]->x - 0.3, end, z)});
+    paint(m[kStars], colour(1.0, 0.95, 0.7));
   }
 }
 

@@ -36,6 +36,7 @@ class MarkerScene {
  private:
   void add_track();
   void add_legends();
+  double bar_length(double force) const;
   void draw_cars(const simulation::Snapshot& now);
   void draw_couplers(const simulation::Snapshot& now);
   void draw_text(const simulation::Snapshot& now, const outcome::Outcome& outcome, double pile_up_x, double pile_up_y);
