@@ -39,13 +39,13 @@ void add_footprint(Points& edges, double f, double w, double z) {
   for (std::size_t i = 0; i < 4; ++i) add_line(edges, corner[i], corner[(i + 1) % 4]);
 }
 
+/// Its sides; what else there is of it, the body hides.
 void add_truck(Points& points, double centre, double width) {
   const double f = 0.5 * kTruckLength, w = 0.5 * std::min(kTruckWidth, width);
-  const std::array<double, 4> x{centre + f, centre + f, centre - f, centre - f}, y{-w, w, w, -w};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const std::size_t j = (i + 1) % 4;
-    add_quad(points, make_point(x[i], y[i], 0.1), make_point(x[j], y[j], 0.1), make_point(x[j], y[j], kDeckHeight),
-             make_point(x[i], y[i], kDeckHeight));
+  for (const double side : {-1.0, 1.0}) {
+    const double second = centre - side * f, first = centre + side * f;
+    add_quad(points, make_point(first, side * w, 0.1), make_point(second, side * w, 0.1),
+             make_point(second, side * w, kDeckHeight), make_point(first, side * w, kDeckHeight));
   }
 }
 
@@ -57,7 +57,7 @@ void add_plain_box(CarShape& shape, double f, double w) {
 /// Cylinder with domed ends between end sills, manway dome with a platform round it.
 void add_tank(CarShape& shape, double f, double w) {
   constexpr double kTop = kRoofHeight - 0.35;  // of the shell; the dome stands on it
-  constexpr int kSides = 12;                   // the two lowest are left out
+  constexpr int kSides = 10;                   // the two lowest are left out
   const double middle = 0.5 * (kTop + kDeckHeight), radius = 0.5 * (kTop - kDeckHeight);
   const double end = 0.92 * f, shoulder = end - std::min(0.7, 0.2 * f);
   const auto ring = [&](double x, double share, int i) {
