@@ -32,7 +32,7 @@ void RunStream::start_run(const simulation::Simulation& simulation, const RunSta
     fixed.transforms.push_back(make_transform(header(), options_.frames.pod(), 0.0, 0.0, 0.0));
     send(&MessageSink::tf_static, fixed);
   }
-  inputs_ = to_message(simulation.scenario(), simulation.cars(), header(), run_id_);
+  inputs_ = to_message(scenario, simulation.cars(), header(), run_id_);
   send(&MessageSink::inputs, inputs_);
   run_info(simulation, state);
   const outcome::Outcome outcome = simulation.outcome();
