@@ -66,7 +66,7 @@ inline constexpr int kCarsMax = 1000;
 
 template <class V, class C>
 void describe_block(V& v, C& c) {
-  v.text("name", c.name, "Body type shown in pictures: tank_car, hopper, boxcar, or any other name.");
+  v.text("name", c.name, "Body shown in pictures: tank_car, hopper, boxcar, locomotive; a plain box for any other name.");
   v.integer("count", c.count, between(1, kCarsMax), true, "Number of equal cars in this block.");
   v.number("length", c.length, required({"m", "ft", above(0)}), "L, between the coupler pins.");
   v.number("weight", c.weight, required({"N", "kip", above(0)}), "W, on the rails (a force).");

@@ -113,12 +113,9 @@ void Monitor::sample_touches(double t) {
         return velocity_at(cars_[static_cast<std::size_t>(k)], contact->point);
       };
       const Eigen::Vector2d v = velocity(a) - velocity(b);
-      ++touches_;
-      const double speed = v.norm();
-      if (speed > closing_.speed) {
-        closing_ = {speed, -v.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
-                    contact->point.x(), contact->point.y()};
-      }
+      touches_.push_back({v.norm(), -v.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
+                          contact->point.x(), contact->point.y()});
+      if (touches_.back().speed > closing_.speed) closing_ = touches_.back();
     }
   }
   std::sort(now.begin(), now.end());
@@ -142,7 +139,7 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
   }
   o.pile_up = x_max > x_min ? PileUp{x_max - x_min, y_max - y_min} : PileUp{};
   o.closing_speed_max = closing_;
-  o.touches = touches_;
+  o.touches = static_cast<int>(touches_.size());
   o.relative_speed_max = relative_;
   const auto peak = [this](const GapExtreme& e, double sign) {
     const double force = e.coupler < 0 ? 0.0 : sign * model::axial_force(model_.coupler_law(), e.gap);

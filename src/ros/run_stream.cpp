@@ -22,7 +22,9 @@ void RunStream::start_run(const simulation::Simulation& simulation, const RunSta
   clock_.start_run();
   events_ = EventDetector(options_.event_coupler_force);
   pile_up_ = PileUpFollower();
-  scene_.emplace(simulation.cars(), simulation.scenario().coupler.length, options_.frames.world);
+  const inputs::Scenario& scenario = simulation.scenario();
+  scene_.emplace(simulation.cars(), scenario.coupler.length, options_.frames.world,
+                 scenario.output.interval * std::max(1, options_.markers_every));
   grid_points_ = 0;
   markers_empty_ = true;
   if (run_id_ == 1) {
@@ -30,7 +32,7 @@ void RunStream::start_run(const simulation::Simulation& simulation, const RunSta
     fixed.transforms.push_back(make_transform(header(), options_.frames.pod(), 0.0, 0.0, 0.0));
     send(&MessageSink::tf_static, fixed);
   }
-  inputs_ = to_message(simulation.scenario(), simulation.cars(), header(), run_id_);
+  inputs_ = to_message(scenario, simulation.cars(), header(), run_id_);
   send(&MessageSink::inputs, inputs_);
   run_info(simulation, state);
   const outcome::Outcome outcome = simulation.outcome();
@@ -61,6 +63,11 @@ void RunStream::send_grid_point(const simulation::Simulation& simulation, const 
   const std_msgs::Header h = header();
   last_ = simulation.snapshot();
   last_outcome_ = outcome;
+  const std::vector<outcome::Closing>& touches = simulation.touches();
+  const auto recent = std::find_if(touches.rbegin(), touches.rend(), [&](const outcome::Closing& touch) {
+    return last_.time - touch.time >= scene_->flash_time();
+  });
+  last_touches_.assign(recent.base(), touches.end());
   pile_up_.update(last_);
   rosgraph_msgs::Clock clock;
   clock.clock = h.stamp;
@@ -90,7 +97,7 @@ void RunStream::complete_markers() {
 }
 
 void RunStream::send_markers() {
-  scene_->update(last_, last_outcome_, pile_up_.x(), pile_up_.y(), clock_.now());
+  scene_->update(last_, last_outcome_, last_touches_, pile_up_.x(), pile_up_.y(), clock_.now());
   if (markers_empty_) {
     send(&MessageSink::markers, scene_->markers_on_empty());
   } else {

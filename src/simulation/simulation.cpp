@@ -208,4 +208,6 @@ outcome::Outcome Simulation::outcome() const {
   return o;
 }
 
+const std::vector<outcome::Closing>& Simulation::touches() const { return impl_->monitor.touches(); }
+
 }  // namespace train_derail::simulation

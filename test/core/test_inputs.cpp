@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <regex>
 #include <string>
 
@@ -99,6 +100,32 @@ TEST(Inputs, BaselineDocumentsEveryKey) {
     ++count;
   }
   EXPECT_GT(count, 30);
+}
+
+TEST(Inputs, EveryScenarioIsValidAndSaysWhereItsNumbersComeFrom) {
+  int count = 0;
+  for (const auto& entry : fs::directory_iterator(kSource / "config")) {
+    if (entry.path().extension() != ".yaml") continue;
+    EXPECT_NO_THROW(inputs::read_scenario_file(entry.path().string())) << entry.path();
+    std::ifstream file(entry.path());
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    for (const char* word : {"\"paper\"", "\"assumed\"", "Assumed"}) {
+      EXPECT_NE(text.find(word), std::string::npos) << entry.path() << " lacks " << word;
+    }
+    ++count;
+  }
+  EXPECT_GE(count, 2);
+}
+
+TEST(Inputs, MixedTrainHasAHundredCarsOfEveryBody) {
+  std::map<std::string, int> cars;
+  int all = 0;
+  for (const auto& block : inputs::read_scenario_file((kSource / "config/mixed_train.yaml").string()).consist) {
+    cars[block.name] += block.count;
+    all += block.count;
+  }
+  EXPECT_EQ(all, 100);
+  for (const char* body : {"tank_car", "hopper", "boxcar", "locomotive"}) EXPECT_GT(cars[body], 0) << body;
 }
 
 TEST(Inputs, WrittenScenarioReadsBackTheSame) {

@@ -185,6 +185,9 @@ TEST(ClosingSpeed, OfACornerIncludesTheSpin) {
   sim.run();
   const outcome::Outcome o = sim.outcome();
   EXPECT_EQ(o.touches, 2);
+  ASSERT_EQ(sim.touches().size(), 2u);
+  EXPECT_NEAR(sim.touches()[1].time - sim.touches()[0].time, 0.5, 2e-3) << "half a turn apart";
+  EXPECT_EQ(std::max(sim.touches()[0].speed, sim.touches()[1].speed), o.closing_speed_max.speed);
   const double lever = std::sqrt(radius * radius - wall * wall);  // the corner's height above the spin's centre
   // A sample late the corner has turned by spin * 1e-3 = 0.006: the normal speed changes by that times spin * wall.
   EXPECT_NEAR(o.closing_speed_max.speed, spin * radius, 0.01 * spin * radius);

@@ -179,9 +179,33 @@ TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {
     if (m.action == Marker::ADD) kinds.insert(m.ns);
   }
   for (const char* kind :
-       {"track", "point_of_derailment", "cars_on_track", "cars_past_pod", "trucks", "couplers", "status"}) {
+       {"track", "point_of_derailment", "cars_on_track", "cars_past_pod", "cars_dark", "couplers", "legend", "status"}) {
     EXPECT_EQ(kinds.count(kind), 1U) << kind;
   }
+}
+
+TEST_F(Streams, MarkersFlashForASecondAfterEachTouch) {
+  simulation::Simulation simulation(inputs::read_scenario_file(g_scenario_file));
+  simulation.run();
+  ASSERT_FALSE(simulation.touches().empty());
+  std::size_t with = 0, without = 0;
+  for (const auto& array : markers->messages) {
+    const double time = (array.markers.back().header.stamp - run_info->last().start).toSec();
+    bool expected = false, at_the_edge = time < 0.0;  // of the first run
+    for (const outcome::Closing& touch : simulation.touches()) {
+      const double age = time - touch.time;
+      at_the_edge = at_the_edge || std::abs(age) < 1e-6 || std::abs(age - 1.0) < 1e-6;
+      expected = expected || (age >= 0.0 && age < 1.0);
+    }
+    if (at_the_edge) continue;
+    bool flash = false;
+    for (const visualization_msgs::Marker& m : array.markers) {
+      flash = flash || (m.ns == "touches" && m.id == 0 && m.action == visualization_msgs::Marker::ADD);
+    }
+    EXPECT_EQ(flash, expected) << "at " << time << " s";
+    ++(expected ? with : without);
+  }
+  EXPECT_GT(with + without, 0U);
 }
 
 TEST_F(Streams, OutcomeIsThatOfTheSimulation) {

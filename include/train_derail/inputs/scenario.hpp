@@ -21,7 +21,7 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// `count` equal cars, one behind the other. Blocks follow each other from the first car to derail back.
 struct CarBlock {
-  std::string name = "car";                    // body type shown in pictures, e.g. tank_car, hopper, boxcar
+  std::string name = "car";                    // chooses the body shown in pictures (ros/car_shape.hpp)
   int count = 0;
   double length = 0.0;                         // L, between the coupler pins [m]
   double weight = 0.0;                         // W, on the rails [N]

@@ -20,6 +20,8 @@ class Monitor {
   void sample(double t, const double* y);
 
   bool off_track(Eigen::Index car) const { return off_track_[static_cast<std::size_t>(car)]; }
+  /// First touches so far, in the order of time.
+  const std::vector<Closing>& touches() const { return touches_; }
   /// Largest speed of any truck centre in the last sample [m/s].
   double truck_speed_max() const { return truck_speed_max_; }
 
@@ -56,7 +58,7 @@ class Monitor {
   std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
   Closing closing_;
-  int touches_ = 0;
+  std::vector<Closing> touches_;
   RelativeSpeed relative_;
   double truck_speed_max_ = 0.0;
 };

@@ -17,9 +17,9 @@ enum class Ended {
 };
 const char* to_string(Ended ended);
 
-/// Largest closing speed of two cars whose footprints (length x width rectangles) come to touch: the relative speed of the
-/// two bodies at the point of first touch, at the sample in which it is first seen. The model lets bodies pass through each
-/// other: only the first touch of a pair counts, and again after they have parted.
+/// Two cars whose footprints (length x width rectangles) come to touch: the relative speed of the two bodies at the point
+/// of first touch, at the sample in which it is first seen. The model lets bodies pass through each other: only the first
+/// touch of a pair counts, and again after they have parted.
 struct Closing {
   double speed = 0.0;         // magnitude of the relative velocity [m/s]
   double normal_speed = 0.0;  // its component that closes the gap [m/s]
@@ -51,7 +51,7 @@ struct Outcome {
   int cars = 0;
   int cars_past_pod = 0;   // centre of mass has reached x >= 0 (the paper's definition in its text)
   int cars_off_track = 0;  // a truck centre has ever been sideways by more than outcome.off_track_threshold
-  Closing closing_speed_max;
+  Closing closing_speed_max;  // the fastest
   int touches = 0;         // first touches of footprints that were counted
   RelativeSpeed relative_speed_max;
   PeakForce coupler_buff_peak;

@@ -9,6 +9,7 @@
 #include <visualization_msgs/MarkerArray.h>
 
 #include "train_derail/outcome/outcome.hpp"
+#include "train_derail/ros/car_shape.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::ros_face {
@@ -16,11 +17,16 @@ namespace train_derail::ros_face {
 /// One object a run. One namespace a kind of thing.
 class MarkerScene {
  public:
-  /// `frame`: the world's name.
-  MarkerScene(const std::vector<model::Car>& cars, double coupler_length, const std::string& frame);
+  /// `frame`: the world's name. `interval` between two arrays [s]: a touch is shown for a second, but at least once.
+  MarkerScene(const std::vector<model::Car>& cars, double coupler_length, const std::string& frame, double interval);
 
+  /// How long a touch of two cars is shown, simulated [s].
+  double flash_time() const { return flash_time_; }
+
+  /// `touches` in the order of time, at least those of the last flash_time();
   /// (pile_up_x, pile_up_y): where the close-up camera looks [m].
-  void update(const simulation::Snapshot& now, const outcome::Outcome& outcome, double pile_up_x, double pile_up_y,
+  void update(const simulation::Snapshot& now, const outcome::Outcome& outcome,
+              const std::vector<outcome::Closing>& touches, double pile_up_x, double pile_up_y,
               const ::ros::Time& stamp);
 
   const visualization_msgs::MarkerArray& markers() const { return array_; }
@@ -29,12 +35,20 @@ class MarkerScene {
 
  private:
   void add_track();
+  void add_legends();
+  double bar_length(double force) const;
   void draw_cars(const simulation::Snapshot& now);
   void draw_couplers(const simulation::Snapshot& now);
   void draw_text(const simulation::Snapshot& now, const outcome::Outcome& outcome, double pile_up_x, double pile_up_y);
+  void draw_flashes(double time, const std::vector<outcome::Closing>& touches);
 
   const std::vector<model::Car> cars_;
-  double train_length_;  // m
+  std::vector<CarShape> shapes_;       // of every car
+  double train_length_;                // m
+  double far_text_ = 0.0;              // height of text that is read when the whole train is in view [m]
+  double force_axis_y_ = 0.0;          // m
+  double flash_time_;                  // s
+  std::vector<geometry_msgs::Point> near_legend_;  // places of its markers about its centre
   visualization_msgs::MarkerArray array_;
 };
 

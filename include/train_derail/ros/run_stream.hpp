@@ -75,6 +75,7 @@ class RunStream {
   bool markers_sent_ = false;
   simulation::Snapshot last_;
   outcome::Outcome last_outcome_;
+  std::vector<outcome::Closing> last_touches_;  // recent enough to be shown
 };
 
 }  // namespace train_derail::ros_face

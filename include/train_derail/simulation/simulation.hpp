@@ -63,6 +63,8 @@ class Simulation {
   Snapshot snapshot() const;
   /// So far; final once ended().
   outcome::Outcome outcome() const;
+  /// First touches of two cars so far, in the order of time; valid until the next call that is not const.
+  const std::vector<outcome::Closing>& touches() const;
 
  private:
   struct Impl;
