@@ -103,10 +103,9 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
   if (!overrides.empty() && !root.IsMap()) throw InputError(source, "", written(root), "not a group of keys", "key: value lines");
   for (const Override& o : overrides) apply(root, o);
 
-  UnitSystem units;
   Places places;
   Scenario scenario;
-  TreeReader reader(overrides.empty() ? tree : root, "", source, overrides, units, places);
+  TreeReader reader(overrides.empty() ? tree : root, "", source, overrides, places);
   describe(reader, scenario);
   reader.finish();
   try {

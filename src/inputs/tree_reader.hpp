@@ -40,12 +40,11 @@ inline std::string written(const YAML::Node& node) {
 class TreeReader {
  public:
   TreeReader(YAML::Node node, std::string prefix, std::string source, const std::vector<Override>& overrides,
-         UnitSystem& units, Places& places)
+             Places& places)
       : node_(std::move(node)),
         prefix_(std::move(prefix)),
         source_(std::move(source)),
         overrides_(overrides),
-        units_(units),
         places_(places) {
     const std::string here = prefix_.empty() ? "" : prefix_.substr(0, prefix_.size() - 1);
     if (!node_.IsMap()) throw InputError(where(here, node_), here, written(node_), "not a group of keys", "key: value lines");
@@ -143,7 +142,7 @@ class TreeReader {
  private:
   template <class G, class F>
   void read_child(const YAML::Node& node, const std::string& source, const std::string& path, G& g, F describe_it) {
-    TreeReader child(node, path + ".", source, overrides_, units_, places_);
+    TreeReader child(node, path + ".", source, overrides_, places_);
     describe_it(child, g);
     child.finish();
   }
@@ -180,7 +179,7 @@ class TreeReader {
     if (text == ".inf" || text == ".Inf" || text == ".INF") return kInfinity;
     if (text == ".nan" || text == ".NaN" || text == ".NAN") fail(key, n, "not a finite number", allowed);
     try {
-      return units_.to_si(text, q.unit);
+      return to_si(text, q.unit);
     } catch (const std::invalid_argument& e) {
       const std::string example = *q.shown != '\0' ? fmt::format(" (a number, or with a unit as in \"1 {}\")", q.shown) : "";
       fail(key, n, e.what(), allowed + example);
@@ -190,7 +189,6 @@ class TreeReader {
   const YAML::Node node_;
   const std::string prefix_, source_;
   const std::vector<Override>& overrides_;
-  UnitSystem& units_;
   Places& places_;
   std::set<std::string> asked_;
 };

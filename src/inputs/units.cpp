@@ -2,6 +2,8 @@
 
 #include <cctype>
 #include <charconv>
+#include <memory>
+#include <mutex>
 #include <stdexcept>
 #include <string_view>
 
@@ -20,34 +22,18 @@ struct ConverterDeleter {
 using Unit = std::unique_ptr<ut_unit, UnitDeleter>;
 using Converter = std::unique_ptr<cv_converter, ConverterDeleter>;
 
-}  // namespace
-
-struct UnitSystem::Impl {
-  struct SystemDeleter {
-    void operator()(ut_system* s) const { ut_free_system(s); }
-  };
-  std::unique_ptr<ut_system, SystemDeleter> system;
-
-  Impl() {
-    ut_set_error_message_handler(ut_ignore);
-    system.reset(ut_read_xml(nullptr));
-    if (!system) throw std::runtime_error("UDUNITS-2 cannot read its unit database");
-    // Names railways use; without these UDUNITS would read "mph" as milliphot.
-    alias("mph", "mile/hour");
-    alias("kph", "km/hour");
-    alias("deg", "arc_degree");
-    alias("kips", "kip");
-    alias("tonf", "ton_force");
+/// The unit database, read at first use. One for the process, behind a lock: the library never frees all of a database,
+/// and its parser is not made for several threads.
+class Database {
+ public:
+  static Database& instance() {
+    static Database database;
+    return database;
   }
 
-  Unit parse(const std::string& text) const { return Unit(ut_parse(system.get(), text.c_str(), UT_UTF8)); }
+  std::mutex mutex;
 
-  void alias(const char* name, const char* definition) {
-    const Unit unit = parse(definition);
-    if (!unit || ut_map_name_to_unit(name, UT_UTF8, unit.get()) != UT_SUCCESS) {
-      throw std::runtime_error(std::string("UDUNITS-2 refuses the unit ") + name);
-    }
-  }
+  Unit parse(const std::string& text) const { return Unit(ut_parse(system_.get(), text.c_str(), UT_UTF8)); }
 
   Converter converter(const Unit& from, const std::string& from_text, const std::string& to_text) const {
     const Unit to = parse(to_text);
@@ -57,17 +43,37 @@ struct UnitSystem::Impl {
     }
     return Converter(ut_get_converter(from.get(), to.get()));
   }
+
+ private:
+  struct SystemDeleter {
+    void operator()(ut_system* s) const { ut_free_system(s); }
+  };
+
+  Database() {
+    ut_set_error_message_handler(ut_ignore);
+    system_.reset(ut_read_xml(nullptr));
+    if (!system_) throw std::runtime_error("UDUNITS-2 cannot read its unit database");
+    // Names railways use; without these UDUNITS would read "mph" as milliphot.
+    alias("mph", "mile/hour");
+    alias("kph", "km/hour");
+    alias("deg", "arc_degree");
+    alias("kips", "kip");
+    alias("tonf", "ton_force");
+  }
+
+  void alias(const char* name, const char* definition) const {
+    const Unit unit = parse(definition);
+    if (!unit || ut_map_name_to_unit(name, UT_UTF8, unit.get()) != UT_SUCCESS) {
+      throw std::runtime_error(std::string("UDUNITS-2 refuses the unit ") + name);
+    }
+  }
+
+  std::unique_ptr<ut_system, SystemDeleter> system_;
 };
 
-UnitSystem::UnitSystem() = default;
-UnitSystem::~UnitSystem() = default;
+}  // namespace
 
-UnitSystem::Impl& UnitSystem::impl() {
-  if (!impl_) impl_ = std::make_unique<Impl>();
-  return *impl_;
-}
-
-double UnitSystem::to_si(const std::string& text, const std::string& si_unit) {
+double to_si(const std::string& text, const std::string& si_unit) {
   constexpr const char* kSpace = " \t";
   std::string_view rest = text;
   rest.remove_prefix(std::min(rest.find_first_not_of(kSpace), rest.size()));
@@ -83,15 +89,19 @@ double UnitSystem::to_si(const std::string& text, const std::string& si_unit) {
   // UDUNITS would take "0.15.2" for 0.15 times .2.
   const bool second_number = (std::isdigit(static_cast<unsigned char>(unit_text[0])) != 0 || unit_text[0] == '.') &&
                              unit_text.compare(0, 2, "1/") != 0;
-  const Unit unit = second_number ? nullptr : impl().parse(unit_text);
+  Database& units = Database::instance();
+  const std::lock_guard<std::mutex> lock(units.mutex);
+  const Unit unit = second_number ? nullptr : units.parse(unit_text);
   if (!unit) throw std::invalid_argument("unknown unit '" + unit_text + "'");
-  return cv_convert_double(impl().converter(unit, unit_text, si_unit).get(), number);
+  return cv_convert_double(units.converter(unit, unit_text, si_unit).get(), number);
 }
 
-double UnitSystem::from_si(double value, const std::string& si_unit, const std::string& unit) {
-  const Unit from = impl().parse(si_unit);
+double from_si(double value, const std::string& si_unit, const std::string& unit) {
+  Database& units = Database::instance();
+  const std::lock_guard<std::mutex> lock(units.mutex);
+  const Unit from = units.parse(si_unit);
   if (!from) throw std::invalid_argument("unknown unit '" + si_unit + "'");
-  return cv_convert_double(impl().converter(from, si_unit, unit).get(), value);
+  return cv_convert_double(units.converter(from, si_unit, unit).get(), value);
 }
 
 }  // namespace train_derail::inputs

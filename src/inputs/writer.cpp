@@ -13,8 +13,8 @@ namespace {
 
 class Writer {
  public:
-  Writer(std::string& out, UnitSystem& units, std::string indent, std::string first_indent)
-      : out_(out), units_(units), indent_(std::move(indent)), first_(std::move(first_indent)) {}
+  Writer(std::string& out, std::string indent, std::string first_indent)
+      : out_(out), indent_(std::move(indent)), first_(std::move(first_indent)) {}
 
   void text(const char* key, const std::string& value, const char*) {
     line(key, nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -22,7 +22,7 @@ class Writer {
   void number(const char* key, double value, const Quantity& q, const char*) {
     std::string comment = std::string(q.unit) == "1" ? "" : q.unit;
     if (*q.shown != '\0' && std::isfinite(value)) {
-      comment += fmt::format("; {:.6g} {}", units_.from_si(value, q.unit, q.shown), q.shown);
+      comment += fmt::format("; {:.6g} {}", from_si(value, q.unit, q.shown), q.shown);
     }
     line(key, number_text(value), comment);
   }
@@ -42,14 +42,14 @@ class Writer {
   template <class G, class F>
   void group(const char* key, const G& g, F describe_it, const char*) {
     line(key, "");
-    Writer child(out_, units_, indent_ + "  ", indent_ + "  ");
+    Writer child(out_, indent_ + "  ", indent_ + "  ");
     describe_it(child, g);
   }
   template <class G, class F>
   void list(const char* key, const std::vector<G>& items, F describe_it, const char*) {
     line(key, "");
     for (const G& item : items) {
-      Writer child(out_, units_, indent_ + "    ", indent_ + "  - ");
+      Writer child(out_, indent_ + "    ", indent_ + "  - ");
       describe_it(child, item);
     }
   }
@@ -61,7 +61,6 @@ class Writer {
   }
 
   std::string& out_;
-  UnitSystem& units_;
   std::string indent_, first_;
 };
 
@@ -124,8 +123,7 @@ class Lister {
 
 std::string to_yaml(const Scenario& scenario) {
   std::string out;
-  UnitSystem units;
-  Writer writer(out, units, "", "");
+  Writer writer(out, "", "");
   const Scenario full = with_defaults(scenario);
   describe(writer, full);
   return out;

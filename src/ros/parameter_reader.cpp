@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <ros/names.h>
 
+#include "train_derail/inputs/units.hpp"
+
 namespace train_derail::ros_face {
 
 using inputs::InputError;
@@ -54,7 +56,7 @@ double ParameterReader::number(const std::string& name, const std::string& unit,
   switch (value->getType()) {
     case XmlRpcValue::TypeInt: number = static_cast<const int&>(*value); break;
     case XmlRpcValue::TypeDouble: number = static_cast<const double&>(*value); break;
-    case XmlRpcValue::TypeString: try { number = units_.to_si(static_cast<const std::string&>(*value), unit);
+    case XmlRpcValue::TypeString: try { number = inputs::to_si(static_cast<const std::string&>(*value), unit);
       } catch (const std::invalid_argument& e) {
         fail(name, *value, e.what(), range);
       }

@@ -9,6 +9,7 @@
 #include "inputs/schema.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/units.hpp"
 
 namespace train_derail::rviz_panel {
 
@@ -41,8 +42,8 @@ std::string si_text(double value, const std::string& unit) {
 
 class Lister {
  public:
-  Lister(InputTable& table, inputs::UnitSystem& units, std::string prefix)
-      : table_(table), units_(units), prefix_(std::move(prefix)) {}
+  Lister(InputTable& table, std::string prefix)
+      : table_(table), prefix_(std::move(prefix)) {}
 
   void text(const char* key, const std::string& value, const char* meaning) {
     InputItem& item = add(key, meaning);
@@ -54,7 +55,7 @@ class Lister {
     item.unit_si = si == "1" ? "" : si;
     item.unit = *q.shown != '\0' ? q.shown : item.unit_si;
     const bool converted = item.unit != item.unit_si;
-    const auto shown = [&](double v) { return converted && std::isfinite(v) ? units_.from_si(v, si, item.unit) : v; };
+    const auto shown = [&](double v) { return converted && std::isfinite(v) ? inputs::from_si(v, si, item.unit) : v; };
     item.exact = fmt::format("{}", value);
     item.value = value == inputs::kInfinity ? ".inf" : fmt::format("{:.6g}", shown(value));
     if (!item.unit.empty() && std::isfinite(value)) item.value += " " + item.unit;
@@ -84,13 +85,13 @@ class Lister {
   }
   template <class G, class F>
   void group(const char* key, const G& g, F describe_it, const char*) {
-    Lister child(table_, units_, prefix_ + key + ".");
+    Lister child(table_, prefix_ + key + ".");
     describe_it(child, g);
   }
   template <class G, class F>
   void list(const char* key, const std::vector<G>& items, F describe_it, const char*) {
     for (std::size_t i = 0; i < items.size(); ++i) {
-      Lister child(table_, units_, fmt::format("{}{}[{}].", prefix_, key, i));
+      Lister child(table_, fmt::format("{}{}[{}].", prefix_, key, i));
       describe_it(child, items[i]);
     }
   }
@@ -103,21 +104,20 @@ class Lister {
   }
 
   InputTable& table_;
-  inputs::UnitSystem& units_;
   const std::string prefix_;
 };
 
 }  // namespace
 
-InputTable make_input_table(const inputs::Scenario& scenario, inputs::UnitSystem& units) {
+InputTable make_input_table(const inputs::Scenario& scenario) {
   InputTable table;
-  Lister lister(table, units, "");
+  Lister lister(table, "");
   inputs::describe(lister, scenario);
   return table;
 }
 
 CheckedInput check_input(const YAML::Node& tree, const InputTable& table, const std::string& key,
-                         const std::string& typed, inputs::UnitSystem& units) {
+                         const std::string& typed) {
   CheckedInput checked;
   checked.text = trimmed(typed);
   const auto before = table.find(key);
@@ -128,7 +128,7 @@ CheckedInput check_input(const YAML::Node& tree, const InputTable& table, const 
   if (!before->second.unit.empty() && is_number(checked.text)) checked.text += " " + before->second.unit;
   try {
     const inputs::Scenario scenario = inputs::read_scenario(tree, "inputs", {{key, checked.text}});
-    const InputItem now = make_input_table(scenario, units).at(key);
+    const InputItem now = make_input_table(scenario).at(key);
     checked.value_si = now.value_si;
     checked.as_before = now.exact == before->second.exact;
   } catch (const inputs::InputError& e) {

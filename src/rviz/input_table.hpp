@@ -1,4 +1,4 @@
-// Inputs as people read and write them; keys, units, ranges and meanings come from the schema of the scenario.
+// Inputs as people read and write them; keys, ranges and meanings come from the schema of the scenario.
 #pragma once
 
 #include <map>
@@ -8,7 +8,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include "train_derail/inputs/scenario.hpp"
-#include "train_derail/inputs/units.hpp"
 
 namespace train_derail::rviz_panel {
 
@@ -26,7 +25,7 @@ struct InputItem {
 /// Every key of a scenario that has a value in it.
 using InputTable = std::map<std::string, InputItem>;
 
-InputTable make_input_table(const inputs::Scenario& scenario, inputs::UnitSystem& units);
+InputTable make_input_table(const inputs::Scenario& scenario);
 
 /// What somebody has typed for one key.
 struct CheckedInput {
@@ -38,7 +37,7 @@ struct CheckedInput {
 
 /// A bare number counts as being in the unit that is shown. `tree`: the scenario it would be part of; `table`: of it.
 CheckedInput check_input(const YAML::Node& tree, const InputTable& table, const std::string& key,
-                         const std::string& typed, inputs::UnitSystem& units);
+                         const std::string& typed);
 
 /// "a = 1; b=2" is {"a = 1", "b=2"}.
 std::vector<std::string> split_overrides(const std::string& text);

@@ -127,7 +127,7 @@ void InputsForm::on_typed(Row& row, const QString& text) {
 void InputsForm::check(Row& row, bool complete) {
   row.error.clear();
   if (tree_.IsNull()) return;
-  const CheckedInput checked = check_input(tree_, table_, row.key, row.typed, units_);
+  const CheckedInput checked = check_input(tree_, table_, row.key, row.typed);
   row.error = QString::fromStdString(checked.error);
   row.differs = !checked.as_before;
   row.si->setText(QString::fromStdString(checked.value_si));
@@ -141,7 +141,7 @@ void InputsForm::check(Row& row, bool complete) {
 void InputsForm::show_run(const std::string& yaml) {
   try {
     const YAML::Node tree = YAML::Load(yaml);
-    table_ = make_input_table(inputs::read_scenario(tree, "inputs"), units_);
+    table_ = make_input_table(inputs::read_scenario(tree, "inputs"));
     tree_.reset(tree);
   } catch (const std::exception&) {
     return;  // of a node of another version: the last inputs that could be read stay
@@ -178,7 +178,7 @@ std::vector<std::string> InputsForm::overrides() const {
   for (const auto& row : rows_) {
     if (!row->differs) continue;
     // With the unit that is shown, were it still missing.
-    const CheckedInput checked = check_input(tree_, table_, row->key, row->typed, units_);
+    const CheckedInput checked = check_input(tree_, table_, row->key, row->typed);
     all.push_back(row->key + "=" + checked.text);
   }
   for (std::string& text : split_overrides(free_->text().toStdString())) all.push_back(std::move(text));

@@ -67,7 +67,6 @@ class InputsForm : public QWidget {
   std::vector<std::unique_ptr<Row>> rows_;
   QLineEdit* free_;
   QTimer check_later_;
-  mutable inputs::UnitSystem units_;
   YAML::Node tree_;    // of the run's scenario; null: no run known yet
   InputTable table_;   // of the same
 };

@@ -112,12 +112,11 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
     throw InputError(where, entry.key, "", "the plan needs either values or scale", "values: [...] or scale: [...]");
   }
   for (const std::string& text : entry.values) f.values.push_back(si_text(tree, entry.key, text, where));
-  inputs::UnitSystem units;
   for (const std::string& text : entry.scale) {
     if (now.unit.empty()) throw InputError(where, entry.key, now.value, "not a number, cannot be scaled", "values: [...]");
     double scaled = 0.0;
     try {
-      scaled = units.to_si(text, "1") * std::stod(now.value);
+      scaled = inputs::to_si(text, "1") * std::stod(now.value);
     } catch (const std::invalid_argument& e) {
       throw InputError(where, entry.key, text, e.what(), "a number");
     }
@@ -128,11 +127,10 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
 }
 
 Study read_study(const YAML::Node& root, const std::string& path) {
-  inputs::UnitSystem units;
   inputs::Places places;
   const std::vector<inputs::Override> none;
   StudyEntry entry;
-  inputs::TreeReader reader(root, "", path, none, units, places);
+  inputs::TreeReader reader(root, "", path, none, places);
   describe_study(reader, entry);
   reader.finish();
 

@@ -158,13 +158,12 @@ void write_sobol(const std::string& folder, const Study& study) {
 /// Titles and units of the numbers in runs.csv, so that pictures and reports need to know none of them.
 nlohmann::ordered_json columns(const Study& study) {
   nlohmann::ordered_json j;
-  inputs::UnitSystem units;
   for (const Factor& f : study.factors) {
     const bool converted = !f.shown_unit.empty();
     j[f.key] = {{"title", f.label},
                 {"unit", f.unit},
                 {"shown_unit", converted ? f.shown_unit : f.unit == "1" ? "" : f.unit},
-                {"per_shown", converted ? units.to_si("1 " + f.shown_unit, f.unit) : 1.0}};
+                {"per_shown", converted ? inputs::to_si("1 " + f.shown_unit, f.unit) : 1.0}};
   }
   for (const auto& q : outcome::kQuantities) {
     j[std::string(q.name)] = {

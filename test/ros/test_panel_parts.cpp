@@ -76,13 +76,12 @@ TEST(ForceRecord, LongRunsStayShortAndLoseNoPeak) {
 class TypedInputs : public testing::Test {
  protected:
   CheckedInput check(const std::string& key, const std::string& typed) {
-    return check_input(tree, table, key, typed, units);
+    return check_input(tree, table, key, typed);
   }
 
-  inputs::UnitSystem units;
   const inputs::Scenario scenario = inputs::read_scenario_file(std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/baseline.yaml");
   const YAML::Node tree = YAML::Load(inputs::to_yaml(scenario));
-  const InputTable table = make_input_table(scenario, units);
+  const InputTable table = make_input_table(scenario);
 };
 
 TEST_F(TypedInputs, AreShownInTheUnitThatPeopleReadAndInSi) {

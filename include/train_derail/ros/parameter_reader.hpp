@@ -7,7 +7,6 @@
 #include <XmlRpc.h>
 
 #include "train_derail/inputs/error.hpp"
-#include "train_derail/inputs/units.hpp"
 
 namespace train_derail::ros_face {
 
@@ -48,7 +47,6 @@ class ParameterReader {
 
   const XmlRpc::XmlRpcValue& tree_;
   std::string where_;
-  inputs::UnitSystem units_;
   std::vector<std::string> known_;
 };
 
