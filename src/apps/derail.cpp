@@ -15,6 +15,7 @@
 #include "train_derail/outcome/report.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/simulation/trajectory_csv.hpp"
+#include "verify_command.hpp"
 
 namespace {
 
@@ -112,9 +113,11 @@ int main(int argc, char** argv) {
       "  derail run config/baseline.yaml --json - --csv states.csv        for programs: outcome, states over time\n"
       "  derail check my_train.yaml                                       what is understood, in SI, defaults filled in\n"
       "  derail keys                                                      every key of a scenario file\n"
-      "  derail study config/studies/paper_sensitivity.yaml --out results  many runs: medians, ranges, tables\n\n"
+      "  derail study config/studies/paper_sensitivity.yaml --out results  many runs: medians, ranges, tables\n"
+      "  derail verify config/baseline.yaml                               a general multibody engine's second opinion\n\n"
       "A long train is chaotic: one run is one draw. Compare ensembles (initial.perturbation), not single runs.\n"
-      "Exit codes: 0 done, 1 output could not be written, 2 something is wrong with the input, 3 integration failed.",
+      "Exit codes: 0 done, 1 output could not be written, 2 something is wrong with the input, 3 integration failed,\n"
+      "4 derail verify: the two engines differ.",
       "derail"};
   app.require_subcommand(1);
   app.fallthrough();
@@ -135,8 +138,9 @@ int main(int argc, char** argv) {
   add_inputs(check_command);
   CLI::App* keys_command = app.add_subcommand("keys", "List every key: allowed values, default, meaning");
 
-  std::function<int()> study_command;
-  apps::add_study_commands(app, study_command);
+  std::function<int()> further_command;
+  apps::add_study_commands(app, further_command);
+  apps::add_verify_command(app, further_command);
 
   try {
     app.parse(argc, argv);
@@ -147,7 +151,7 @@ int main(int argc, char** argv) {
   try {
     if (*run_command) return run(a);
     if (*check_command) std::cout << inputs::to_yaml(read(a));
-    if (study_command) return study_command();
+    if (further_command) return further_command();
     if (*keys_command) std::cout << inputs::describe_keys();
     return kOk;
   } catch (const inputs::InputError& e) {

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "train_derail/model/derailment_model.hpp"
 #include "train_derail/outcome/footprint.hpp"
 #include "train_derail/outcome/outcome.hpp"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "train_derail/model/derailment_model.hpp"
+#include "train_derail/model/energy_ledger.hpp"
 #include "train_derail/solver/integrator.hpp"
 
 namespace train_derail::outcome {

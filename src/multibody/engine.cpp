@@ -1,0 +1,446 @@
+// Written from the free-body diagrams (paper, figures 1 to 4; docs/model.md, sections 2 and 3), not from src/model.
+#include "train_derail/multibody/engine.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <random>
+
+#include <Simbody.h>
+
+#include "multibody/observer.hpp"
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/model/train.hpp"
+
+namespace train_derail::multibody {
+
+namespace {
+
+using SimTK::MobilizedBody;
+using SimTK::Real;
+using SimTK::Stage;
+using SimTK::State;
+using SimTK::Vec3;
+
+using BodyForces = SimTK::Vector_<SimTK::SpatialVec>;
+using Flags = SimTK::Array_<char>;
+
+/// Figures 2 to 4: a massless bar between the rear pin of the car ahead and the front pin of the car behind.
+class Bar final : public SimTK::Force::Custom::Implementation {
+ public:
+  Bar(const inputs::Coupler& law, bool rigid, double lateral_sign, const MobilizedBody& ahead, const Vec3& rear_pin,
+      const MobilizedBody& behind, const Vec3& front_pin)
+      : law_(law), rigid_(rigid), lateral_sign_(lateral_sign), ahead_(ahead), behind_(behind), rear_pin_(rear_pin),
+        front_pin_(front_pin) {}
+
+  bool dependsOnlyOnPositions() const override { return true; }
+
+  void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
+    const Line line = line_of(state);
+    const Vec3 left(-line.along[1], line.along[0], 0.0);
+    const Vec3 force = push(line.length) * line.along + side(state) * left;
+    ahead_.applyForceToBodyPoint(state, rear_pin_, force, forces);
+    behind_.applyForceToBodyPoint(state, front_pin_, -force, forces);
+    ahead_.applyBodyTorque(state, Vec3(0.0, 0.0, stop_moment(swing(state, ahead_, line))), forces);
+    behind_.applyBodyTorque(state, Vec3(0.0, 0.0, stop_moment(swing(state, behind_, line))), forces);
+  }
+
+  /// Force to the left of the bar on the car ahead [N]. The bar has no mass and must be in balance about its rear end: the
+  /// force at its other end, times its length, undoes the two moments with which it turns the cars.
+  double side(const State& state) const {
+    const Line line = line_of(state);
+    const double turning = stop_moment(swing(state, ahead_, line)) + stop_moment(swing(state, behind_, line));
+    return -lateral_sign_ * turning / line.length;
+  }
+
+  Real calcPotentialEnergy(const State& state) const override { return strain(state) + stop_energy(state); }
+
+  /// Energy of the spring, and of the two swing stops [J].
+  double strain(const State& state) const {
+    if (rigid_) return 0.0;
+    const double beyond = std::max(std::abs(gap(state).length - law_.length) - 0.5 * law_.slack, 0.0);
+    return 0.5 * law_.stiffness * beyond * beyond;
+  }
+  double stop_energy(const State& state) const {
+    const Line line = line_of(state);
+    double energy = 0.0;
+    for (const MobilizedBody* body : {&ahead_, &behind_}) {
+      const double beyond = std::max(std::abs(swing(state, *body, line)) - law_.swing_limit, 0.0);
+      const double yield = law_.swing_stiffness > 0.0 ? law_.swing_moment_max / law_.swing_stiffness : inputs::kInfinity;
+      const double bent = std::min(beyond, yield);
+      energy += 0.5 * law_.swing_stiffness * bent * bent + (beyond > bent ? law_.swing_moment_max * (beyond - bent) : 0.0);
+    }
+    return energy;
+  }
+
+  Gap gap(const State& state) const {
+    const Line line = line_of(state);
+    const Vec3 parting = ahead_.findStationVelocityInGround(state, rear_pin_) -
+                         behind_.findStationVelocityInGround(state, front_pin_);
+    return {line.length, SimTK::dot(parting, line.along)};
+  }
+
+  /// Figure 3, buff positive [N].
+  double push(double length) const {
+    if (rigid_) return 0.0;  // the rod's own business
+    const double stretch = length - law_.length, free = 0.5 * law_.slack;
+    if (std::abs(stretch) <= free) return 0.0;
+    return -law_.stiffness * (stretch > 0.0 ? stretch - free : stretch + free);
+  }
+
+ private:
+  struct Line {
+    double length;
+    Vec3 along;  // unit vector from the car behind to the car ahead
+  };
+  Line line_of(const State& state) const {
+    const Vec3 between = ahead_.findStationLocationInGround(state, rear_pin_) -
+                         behind_.findStationLocationInGround(state, front_pin_);
+    const double length = between.norm();
+    return {length, between / length};
+  }
+
+  /// From the car's heading to the bar, counter-clockwise, in (-pi, pi].
+  static double swing(const State& state, const MobilizedBody& body, const Line& line) {
+    const Vec3 heading = body.getBodyRotation(state).x().asVec3();
+    return std::atan2(heading[0] * line.along[1] - heading[1] * line.along[0], SimTK::dot(heading, line.along));
+  }
+
+  /// Figure 4: on the car, turning it towards the bar [N m].
+  double stop_moment(double swing) const {
+    const double beyond = std::abs(swing) - law_.swing_limit;
+    if (beyond <= 0.0) return 0.0;
+    return std::copysign(std::min(law_.swing_stiffness * beyond, law_.swing_moment_max), swing);
+  }
+
+  const inputs::Coupler law_;
+  const bool rigid_;
+  const double lateral_sign_;
+  const MobilizedBody ahead_, behind_;
+  const Vec3 rear_pin_, front_pin_;
+};
+
+/// Figure 1: half the weight presses on the ground under either truck, and rubs.
+class Ground final : public SimTK::Force::Custom::Implementation {
+ public:
+  struct Truck {
+    MobilizedBody body;
+    std::size_t car;
+    Vec3 station;
+    double load;  // N
+  };
+
+  Ground(const inputs::Ground& law, const SimTK::GeneralForceSubsystem& forces, std::size_t cars, std::vector<Truck> trucks)
+      : law_(law), forces_(forces), cars_(cars), trucks_(std::move(trucks)) {}
+
+  bool past(const State& state, std::size_t car) const { return flags(state)[static_cast<unsigned>(car)] != 0; }
+  void set_past(State& state, std::size_t car) const {
+    SimTK::Value<Flags>::updDowncast(forces_.updDiscreteVariable(state, flags_)).upd()[static_cast<unsigned>(car)] = 1;
+  }
+
+  void realizeTopology(State& state) const override {
+    flags_ = forces_.allocateDiscreteVariable(state, Stage::Dynamics,
+                                              new SimTK::Value<Flags>(Flags(static_cast<unsigned>(cars_), char(0))));
+    work_ = forces_.allocateZ(state, SimTK::Vector(2, 0.0));
+  }
+
+  void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
+    for (const Truck& truck : trucks_) truck.body.applyForceToBodyPoint(state, truck.station, rub(state, truck), forces);
+  }
+  Real calcPotentialEnergy(const State&) const override { return 0.0; }
+
+  /// The work that it does on the ground, before and past the point of derailment, is integrated along.
+  void realizeAcceleration(const State& state) const override {
+    SimTK::Vector& rate = forces_.updZDot(state);
+    rate[work_] = rate[work_ + 1] = 0.0;
+    for (const Truck& truck : trucks_) {
+      const Vec3 velocity = truck.body.findStationVelocityInGround(state, truck.station);
+      rate[work_ + (past(state, truck.car) ? 1 : 0)] -= SimTK::dot(rub(state, truck), velocity);
+    }
+  }
+  double work(const State& state, bool past) const { return forces_.getZ(state)[work_ + (past ? 1 : 0)]; }
+  /// Work has no say in the size of steps.
+  void set_weights(State& state) const { state.updZWeights(forces_.getMySubsystemIndex()) = 1e-20; }
+
+ private:
+  const Flags& flags(const State& state) const {
+    return SimTK::Value<Flags>::downcast(forces_.getDiscreteVariable(state, flags_)).get();
+  }
+
+  Vec3 rub(const State& state, const Truck& truck) const {
+    const bool derailed = past(state, truck.car);
+    const double most = truck.load * (derailed ? law_.off_track_friction : law_.on_track_friction);
+    Vec3 velocity = truck.body.findStationVelocityInGround(state, truck.station);
+    if (!derailed && law_.on_track_law != inputs::OnTrackLaw::isotropic) velocity[1] = 0.0;  // along the rails alone
+    return -most * velocity / std::sqrt(velocity.normSqr() + law_.regularization_speed * law_.regularization_speed);
+  }
+
+  const inputs::Ground law_;
+  const SimTK::GeneralForceSubsystem& forces_;
+  const std::size_t cars_;
+  const std::vector<Truck> trucks_;
+  mutable SimTK::DiscreteVariableIndex flags_;  // of the topology, not of a state
+  mutable SimTK::ZIndex work_;
+};
+
+/// A car's centre reaches the point of derailment: from here on the ground is another, and the rails let go.
+class Crossing final : public SimTK::TriggeredEventHandler {
+ public:
+  Crossing(const MobilizedBody::Planar& body, std::size_t car, const Ground& ground, std::vector<SimTK::Constraint> rails)
+      : TriggeredEventHandler(Stage::Position), body_(body), car_(car), ground_(ground), rails_(std::move(rails)) {
+    getTriggerInfo().setTriggerOnFallingSignTransition(false).setRequiredLocalizationTimeWindow(kWindow);
+  }
+  Real getValue(const State& state) const override { return ground_.past(state, car_) ? 1.0 : body_.getQ(state)[1]; }
+  void handleEvent(State& state, Real, bool&) const override {
+    ground_.set_past(state, car_);
+    for (const SimTK::Constraint& rail : rails_) rail.disable(state);
+  }
+
+ private:
+  static constexpr double kWindow = 1e-4;  // of the accuracy [s]
+  const MobilizedBody::Planar body_;
+  const std::size_t car_;
+  const Ground& ground_;
+  const std::vector<SimTK::Constraint> rails_;
+};
+
+inputs::Scenario checked(const inputs::Scenario& scenario) {
+  inputs::validate(scenario);
+  return scenario;
+}
+
+}  // namespace
+
+bool available() { return true; }
+
+void require() {}
+
+struct Engine::Impl {
+  Impl(const inputs::Scenario& s, const Options& o)
+      : scenario(checked(s)),
+        train(model::expand(scenario.consist)),
+        matter(system),
+        forces(system),
+        integrator(system),
+        stepper(system, integrator),
+        observer(train, scenario) {
+    forces.setNumberOfThreads(1);  // runs are spread over the cores, not forces
+    build(o);
+    start(o);
+  }
+
+  const inputs::Scenario scenario;
+  const std::vector<model::Car> train;
+  SimTK::MultibodySystem system;
+  SimTK::SimbodyMatterSubsystem matter;
+  SimTK::GeneralForceSubsystem forces;
+  std::vector<MobilizedBody::Planar> bodies;
+  std::vector<const Bar*> bars;  // the force subsystem owns them
+  std::vector<SimTK::Constraint::Rod> rods;
+  const Ground* ground = nullptr;
+  std::vector<std::vector<SimTK::Constraint>> rails;  // of each car; reading `guided`
+  SimTK::RungeKuttaMersonIntegrator integrator;
+  SimTK::TimeStepper stepper;
+  Observer observer;
+  double energy_initial = 0.0;
+  std::int64_t next_sample = 0;
+  outcome::Ended ended = outcome::Ended::running;
+  std::string message;
+  double wall_time = 0.0;
+
+  void build(const Options& o) {
+    const Fault fault = o.fault;
+    std::vector<Ground::Truck> trucks;
+    for (std::size_t k = 0; k < train.size(); ++k) {
+      const model::Car& car = train[k];
+      const double yaw = car.yaw_inertia * (fault == Fault::yaw_inertia ? 1.2 : 1.0);
+      // In the plane only the inertia about the vertical matters; a flat body is one that exists.
+      const SimTK::MassProperties mass(car.mass, Vec3(0.0), SimTK::Inertia(0.5 * yaw, 0.5 * yaw, yaw));
+      bodies.emplace_back(matter.updGround(), SimTK::Body::Rigid(mass));
+      const double half_load = 0.5 * car.weight;
+      if (fault != Fault::no_front_truck) trucks.push_back({bodies[k], k, Vec3(0.5 * car.truck_spacing, 0.0, 0.0), half_load});
+      trucks.push_back({bodies[k], k, Vec3(-0.5 * car.truck_spacing, 0.0, 0.0), half_load});
+      rails.emplace_back();
+      if (k > 0 && scenario.ground.on_track_law == inputs::OnTrackLaw::guided) {
+        for (const int q : {0, 2}) {  // heading, place across
+          rails[k].push_back(SimTK::Constraint::ConstantCoordinate(bodies[k], SimTK::MobilizerQIndex(q), 0.0));
+        }
+      }
+    }
+    const auto reach = [&](const model::Car& car) {
+      return 0.5 * (fault == Fault::coupler_arm ? car.truck_spacing : car.length);
+    };
+    for (std::size_t k = 1; k < train.size(); ++k) {
+      const Vec3 rear(-reach(train[k - 1]), 0.0, 0.0), front(reach(train[k]), 0.0, 0.0);
+      inputs::Coupler law = scenario.coupler;
+      if (fault == Fault::coupler_arm) {  // still without force at the start
+        law.length += 0.5 * (train[k - 1].length - train[k - 1].truck_spacing + train[k].length - train[k].truck_spacing);
+      }
+      auto bar = std::make_unique<Bar>(law, o.rods, fault == Fault::lateral_force_sign ? -1.0 : 1.0, bodies[k - 1], rear,
+                                       bodies[k], front);
+      bars.push_back(bar.get());
+      SimTK::Force::Custom(forces, bar.release());
+      if (o.rods) rods.emplace_back(bodies[k - 1], rear, bodies[k], front, law.length);
+    }
+    inputs::Ground law = scenario.ground;
+    if (fault == Fault::friction_swapped) std::swap(law.on_track_friction, law.off_track_friction);
+    auto floor = std::make_unique<Ground>(law, forces, train.size(), std::move(trucks));
+    ground = floor.get();
+    SimTK::Force::Custom(forces, floor.release());
+    for (std::size_t k = 0; k < train.size(); ++k) {
+      system.addEventHandler(new Crossing(bodies[k], k, *ground, rails[k]));
+    }
+  }
+
+  void start(const Options& o) {
+    State state = system.realizeTopology();
+    ground->set_weights(state);
+    // Draws of this engine's own, so that two ensembles share none.
+    const inputs::Perturbation& jitter = scenario.initial.perturbation;
+    std::seed_seq seeds{static_cast<std::uint32_t>(jitter.seed), static_cast<std::uint32_t>(jitter.seed >> 32), 0x51b0d1u};
+    std::mt19937_64 engine(seeds);
+    const auto normal = [&engine] {  // Box and Muller; the same with every standard library
+      const auto uniform = [&engine] { return (static_cast<double>(engine() >> 11U) + 0.5) * 0x1.0p-53; };
+      const double radius = std::sqrt(-2.0 * std::log(uniform()));
+      return radius * std::cos(6.283185307179586 * uniform());
+    };
+    const double omega = scenario.initial.yaw_rate * (1.0 + jitter.yaw_rate * normal());
+    double x = 0.0;
+    for (std::size_t k = 0; k < train.size(); ++k) {
+      if (k > 0) {
+        x -= 0.5 * (train[k - 1].length + train[k].length) + scenario.coupler.length + jitter.spacing * std::abs(normal());
+      }
+      bodies[k].setQ(state, Vec3(0.0, x, 0.0));
+      bodies[k].setU(state, Vec3(k == 0 ? omega : 0.0, scenario.initial.speed, 0.0));
+      if (x >= 0.0) ground->set_past(state, k);
+    }
+    integrator.setAccuracy(o.accuracy > 0.0 ? o.accuracy : scenario.solver.rtol);
+    integrator.setUseInfinityNorm(true);
+    integrator.setReturnEveryInternalStep(true);
+    stepper.setReportAllSignificantStates(true);
+    stepper.initialize(state);
+    energy_initial = energy().total();
+    follow();
+  }
+
+  const State& state() const { return stepper.getState(); }
+  double time() const { return state().getTime(); }
+
+  std::vector<CarMotion> motion() const {
+    std::vector<CarMotion> cars;
+    for (const MobilizedBody::Planar& body : bodies) {
+      const Vec3 &q = body.getQ(state()), &u = body.getU(state());
+      cars.push_back({q[1], q[2], q[0], u[1], u[2], u[0]});
+    }
+    return cars;
+  }
+
+  void follow() {
+    system.realize(state(), Stage::Velocity);
+    std::vector<Gap> gaps;
+    for (const Bar* bar : bars) gaps.push_back(bar->gap(state()));
+    observer.follow(time(), gaps);
+  }
+
+  /// A sample that falls on the time reached.
+  void sample() {
+    const double due = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
+    if (time() < due) return;
+    ++next_sample;
+    observer.sample(due, motion());
+    if (observer.at_rest()) ended = outcome::Ended::at_rest;
+  }
+
+  void advance(double target) {
+    target = std::min(target, scenario.stop.time_max);
+    sample();
+    while (ended == outcome::Ended::running && time() < target) {
+      const double due = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
+      try {
+        if (integrator.getNumStepsTaken() >= scenario.solver.steps_max) {
+          throw std::runtime_error("solver.steps_max = " + std::to_string(scenario.solver.steps_max) + " is reached");
+        }
+        stepper.stepTo(std::min(due, target));
+        follow();
+      } catch (const std::exception& e) {
+        ended = outcome::Ended::integration_failed;
+        message = e.what();
+        return;
+      }
+      sample();
+    }
+    if (ended == outcome::Ended::running && time() >= scenario.stop.time_max) ended = outcome::Ended::time_max;
+  }
+
+  model::EnergyLedger energy() const {
+    system.realize(state(), Stage::Velocity);
+    model::EnergyLedger e;
+    for (const MobilizedBody::Planar& body : bodies) {
+      const SimTK::MassProperties& mass = body.getBodyMassProperties(state());
+      const Vec3& u = body.getU(state());
+      e.kinetic_rotation += 0.5 * mass.getInertia().getMoments()[2] * u[0] * u[0];
+      e.kinetic_translation += 0.5 * mass.getMass() * (u[1] * u[1] + u[2] * u[2]);
+    }
+    for (const Bar* bar : bars) {
+      e.coupler_axial += bar->strain(state());
+      e.coupler_swing += bar->stop_energy(state());
+    }
+    e.work_on_track = ground->work(state(), false);
+    e.work_off_track = ground->work(state(), true);
+    return e;
+  }
+};
+
+Engine::Engine(const inputs::Scenario& scenario, const Options& options) : impl_(std::make_unique<Impl>(scenario, options)) {}
+Engine::~Engine() = default;
+Engine::Engine(Engine&&) noexcept = default;
+Engine& Engine::operator=(Engine&&) noexcept = default;
+
+void Engine::advance(double t) {
+  const auto start = std::chrono::steady_clock::now();
+  impl_->advance(t);
+  impl_->wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void Engine::run() { advance(inputs::kInfinity); }
+
+double Engine::time() const { return impl_->time(); }
+bool Engine::ended() const { return impl_->ended != outcome::Ended::running; }
+std::vector<CarMotion> Engine::cars() const { return impl_->motion(); }
+
+std::vector<CouplerForce> Engine::coupler_forces() const {
+  const State& state = impl_->state();
+  impl_->system.realize(state, impl_->rods.empty() ? Stage::Velocity : Stage::Acceleration);
+  std::vector<CouplerForce> result;
+  for (const Bar* bar : impl_->bars) result.push_back({bar->push(bar->gap(state).length), -bar->side(state)});
+  for (std::size_t i = 0; i < impl_->rods.size(); ++i) result[i].axial = -impl_->rods[i].getRodTension(state);
+  return result;
+}
+
+outcome::Outcome Engine::outcome() const {
+  outcome::Outcome o;
+  std::vector<char> past;
+  for (std::size_t k = 0; k < impl_->train.size(); ++k) past.push_back(impl_->ground->past(impl_->state(), k) ? 1 : 0);
+  impl_->observer.report(impl_->motion(), past, o);
+  if (!impl_->bars.empty()) {
+    const auto peak = [](const Observer::Extreme& e, double force) {
+      return force > 0.0 ? outcome::PeakForce{force, e.coupler, e.time} : outcome::PeakForce{};
+    };
+    const Observer::Extreme &shortest = impl_->observer.shortest(), &longest = impl_->observer.longest();
+    o.coupler_buff_peak = peak(shortest, impl_->bars.front()->push(shortest.length));
+    o.coupler_draft_peak = peak(longest, -impl_->bars.front()->push(longest.length));
+  }
+  o.stop_time = impl_->time();
+  o.energy = impl_->energy();
+  o.energy_initial = impl_->energy_initial;
+  if (o.energy_initial > 0.0) o.energy_residual = std::abs(o.energy.total() - o.energy_initial) / o.energy_initial;
+  o.ended = impl_->ended;
+  o.message = impl_->message;
+  o.solver.steps = impl_->integrator.getNumStepsTaken();
+  o.solver.rejected_steps = impl_->integrator.getNumStepsAttempted() - impl_->integrator.getNumStepsTaken();
+  o.solver.rhs_evaluations = impl_->integrator.getNumRealizations();
+  o.wall_time = impl_->wall_time;
+  return o;
+}
+
+}  // namespace train_derail::multibody

@@ -1,0 +1,116 @@
+#include "multibody/observer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "train_derail/outcome/footprint.hpp"
+
+namespace train_derail::multibody {
+
+namespace {
+
+using Eigen::Vector2d;
+
+Vector2d axis(const CarMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
+
+/// Place and velocity of the point `ahead` metres before the centre.
+Vector2d place(const CarMotion& c, double ahead) { return Vector2d(c.x, c.y) + ahead * axis(c); }
+Vector2d velocity(const CarMotion& c, const Vector2d& point) {
+  return {c.vx - c.omega * (point.y() - c.y), c.vy + c.omega * (point.x() - c.x)};
+}
+Vector2d velocity(const CarMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
+
+outcome::Footprint footprint(const model::Car& car, const CarMotion& c) {
+  return {{c.x, c.y}, axis(c), 0.5 * car.length, 0.5 * car.width};
+}
+
+}  // namespace
+
+Observer::Observer(std::vector<model::Car> train, const inputs::Scenario& scenario)
+    : train_(std::move(train)),
+      threshold_(scenario.outcome.off_track_threshold),
+      stop_speed_(scenario.stop.speed),
+      shortest_{inputs::kInfinity},
+      longest_{-inputs::kInfinity},
+      off_track_(train_.size(), 0) {}
+
+void Observer::consider(int coupler, double length, double t) {
+  if (length < shortest_.length) shortest_ = {length, coupler, t};
+  if (length > longest_.length) longest_ = {length, coupler, t};
+}
+
+void Observer::follow(double t, const std::vector<Gap>& gaps) {
+  for (std::size_t i = 0; i < gaps.size(); ++i) {
+    consider(static_cast<int>(i) + 1, gaps[i].length, t);
+    const double h = t - time_;
+    if (gaps_.empty() || h <= 0.0 || gaps_[i].rate * gaps[i].rate >= 0.0) continue;
+    // It turned round in between. Rate of Hermite's cubic at s in [0, 1]: r0 + 2 (3 d - 2 r0 - r1) s + 3 (r0 + r1 - 2 d) s^2,
+    // d the mean rate: found by bisection, since it changes sign once.
+    const double r0 = gaps_[i].rate, r1 = gaps[i].rate, d = (gaps[i].length - gaps_[i].length) / h;
+    const double b = 3.0 * d - 2.0 * r0 - r1, c = r0 + r1 - 2.0 * d;
+    double low = 0.0, high = 1.0;
+    for (int n = 0; n < 50; ++n) {
+      const double s = 0.5 * (low + high);
+      ((r0 + s * (2.0 * b + s * 3.0 * c)) * r0 > 0.0 ? low : high) = s;
+    }
+    consider(static_cast<int>(i) + 1, gaps_[i].length + h * low * (r0 + low * (b + low * c)), time_ + low * h);
+  }
+  gaps_ = gaps;
+  time_ = t;
+}
+
+void Observer::sample(double t, const std::vector<CarMotion>& motion) {
+  truck_speed_ = 0.0;
+  for (std::size_t k = 0; k < train_.size(); ++k) {
+    for (const double ahead : {0.5 * train_[k].truck_spacing, -0.5 * train_[k].truck_spacing}) {
+      truck_speed_ = std::max(truck_speed_, velocity(motion[k], ahead).norm());
+      if (std::abs(place(motion[k], ahead).y()) > threshold_) off_track_[k] = 1;
+    }
+    if (k == 0) continue;
+    const double speed =
+        (velocity(motion[k - 1], -0.5 * train_[k - 1].length) - velocity(motion[k], 0.5 * train_[k].length)).norm();
+    if (speed > relative_.speed) relative_ = {speed, static_cast<int>(k), t};
+  }
+  touches(t, motion);
+}
+
+void Observer::touches(double t, const std::vector<CarMotion>& motion) {
+  std::set<std::pair<std::size_t, std::size_t>> now;
+  for (std::size_t a = 0; a < train_.size(); ++a) {
+    for (std::size_t b = a + 1; b < train_.size(); ++b) {
+      const double reach = 0.5 * (train_[a].length + train_[b].length + train_[a].width + train_[b].width);
+      if (std::hypot(motion[a].x - motion[b].x, motion[a].y - motion[b].y) > reach) continue;
+      const auto contact = outcome::touch(footprint(train_[a], motion[a]), footprint(train_[b], motion[b]));
+      if (!contact) continue;
+      now.emplace(a, b);
+      if (touching_.count({a, b}) > 0) continue;
+      ++touches_;
+      const Vector2d approach = velocity(motion[b], contact->point) - velocity(motion[a], contact->point);
+      if (approach.norm() > closing_.speed) {
+        closing_ = {approach.norm(), approach.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
+                    contact->point.x(), contact->point.y()};
+      }
+    }
+  }
+  touching_ = std::move(now);
+}
+
+void Observer::report(const std::vector<CarMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const {
+  o.cars = static_cast<int>(train_.size());
+  o.cars_past_pod = static_cast<int>(std::count(past.begin(), past.end(), 1));
+  o.cars_off_track = static_cast<int>(std::count(off_track_.begin(), off_track_.end(), 1));
+  o.closing_speed_max = closing_;
+  o.touches = touches_;
+  o.relative_speed_max = relative_;
+  Vector2d low = Vector2d::Constant(inputs::kInfinity), high = -low;
+  for (std::size_t k = 0; k < train_.size(); ++k) {
+    if (past[k] == 0 && off_track_[k] == 0) continue;
+    const outcome::Footprint f = footprint(train_[k], motion[k]);
+    const Vector2d reach(f.reach({1.0, 0.0}), f.reach({0.0, 1.0}));
+    low = low.cwiseMin(f.centre - reach);
+    high = high.cwiseMax(f.centre + reach);
+  }
+  if (high.x() > low.x()) o.pile_up = {high.x() - low.x(), high.y() - low.y()};
+}
+
+}  // namespace train_derail::multibody
