@@ -25,7 +25,7 @@ constexpr int kInputWrong = 2, kInterrupted = 130;
 std::atomic<bool> stop{false};  // written by the signal handler, hence here
 
 struct Arguments {
-  std::string file, folder, out, shard;
+  std::string file, folder, out, shard, engine;
   std::vector<std::string> folders;
   int jobs = 0;
   bool resume = false, quiet = false;
@@ -41,6 +41,15 @@ study::Shard parse_shard(const std::string& text) {
     throw inputs::InputError("command line", "--shard", text, "not a shard", "i/N with 1 <= i <= N");
   }
   return shard;
+}
+
+study::Study study_of(const Arguments& a) {
+  study::Study study = study::read_study_file(a.file);
+  if (a.engine == "multibody") {
+    study.engine = study::Engine::multibody;
+    study.title += " (multibody engine)";
+  }
+  return study;
 }
 
 std::string folder_of(const Arguments& a) {
@@ -60,7 +69,7 @@ int finish(const std::string& folder, const study::Study& study, std::int64_t fa
 }
 
 int run(const Arguments& a) {
-  const study::Study study = study::read_study_file(a.file);
+  const study::Study study = study_of(a);
   study::RunOptions options{folder_of(a), a.jobs, a.resume, parse_shard(a.shard)};
   std::signal(SIGINT, [](int) { stop = true; });
   std::signal(SIGTERM, [](int) { stop = true; });
@@ -88,7 +97,7 @@ int run(const Arguments& a) {
 }
 
 int merge(const Arguments& a) {
-  const study::Study study = study::read_study_file(a.file);
+  const study::Study study = study_of(a);
   study::gather(folder_of(a), a.folders, study);
   return finish(folder_of(a), study, 0, 0.0, a.quiet);
 }
@@ -118,6 +127,9 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   const auto common = [&a](CLI::App* sub) {
     sub->add_option("FILE", a.file, "Study, YAML (examples: config/studies)")->required();
     sub->add_option("--out", a.out, "Folder of the results; default: the file's name with .results");
+    sub->add_option("--engine", a.engine, "What computes: the model, or the multibody engine that checks it (slow)")
+        ->default_str("purpose_built")
+        ->check(CLI::IsMember({"purpose_built", "multibody"}));
     sub->add_flag("--quiet", a.quiet, "No progress and no table");
   };
   CLI::App* study_command = app.add_subcommand("study", "Run a study: many scenarios, on all cores, one row a run");

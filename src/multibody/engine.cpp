@@ -37,20 +37,20 @@ class Bar final : public SimTK::Force::Custom::Implementation {
 
   void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
     const Line line = line_of(state);
+    const double on_ahead = stop_moment(swing(state, ahead_, line)), on_behind = stop_moment(swing(state, behind_, line));
     const Vec3 left(-line.along[1], line.along[0], 0.0);
-    const Vec3 force = push(line.length) * line.along + side(state) * left;
+    const Vec3 force = push(line.length) * line.along + side(line, on_ahead + on_behind) * left;
     ahead_.applyForceToBodyPoint(state, rear_pin_, force, forces);
     behind_.applyForceToBodyPoint(state, front_pin_, -force, forces);
-    ahead_.applyBodyTorque(state, Vec3(0.0, 0.0, stop_moment(swing(state, ahead_, line))), forces);
-    behind_.applyBodyTorque(state, Vec3(0.0, 0.0, stop_moment(swing(state, behind_, line))), forces);
+    ahead_.applyBodyTorque(state, Vec3(0.0, 0.0, on_ahead), forces);
+    behind_.applyBodyTorque(state, Vec3(0.0, 0.0, on_behind), forces);
   }
 
-  /// Force to the left of the bar on the car ahead [N]. The bar has no mass and must be in balance about its rear end: the
-  /// force at its other end, times its length, undoes the two moments with which it turns the cars.
-  double side(const State& state) const {
+  /// As the project's outcome names them.
+  CouplerForce force(const State& state) const {
     const Line line = line_of(state);
-    const double turning = stop_moment(swing(state, ahead_, line)) + stop_moment(swing(state, behind_, line));
-    return -lateral_sign_ * turning / line.length;
+    return {push(line.length),
+            -side(line, stop_moment(swing(state, ahead_, line)) + stop_moment(swing(state, behind_, line)))};
   }
 
   Real calcPotentialEnergy(const State& state) const override { return strain(state) + stop_energy(state); }
@@ -100,6 +100,10 @@ class Bar final : public SimTK::Force::Custom::Implementation {
     return {length, between / length};
   }
 
+  /// Force to the left of the bar on the car ahead [N]. The bar has no mass and must be in balance about its rear end: the
+  /// force at its other end, times its length, undoes the moment `turning` with which it turns the two cars.
+  double side(const Line& line, double turning) const { return -lateral_sign_ * turning / line.length; }
+
   /// From the car's heading to the bar, counter-clockwise, in (-pi, pi].
   static double swing(const State& state, const MobilizedBody& body, const Line& line) {
     const Vec3 heading = body.getBodyRotation(state).x().asVec3();
@@ -145,7 +149,10 @@ class Ground final : public SimTK::Force::Custom::Implementation {
   }
 
   void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
-    for (const Truck& truck : trucks_) truck.body.applyForceToBodyPoint(state, truck.station, rub(state, truck), forces);
+    for (const Truck& truck : trucks_) {
+      const Vec3 velocity = truck.body.findStationVelocityInGround(state, truck.station);
+      truck.body.applyForceToBodyPoint(state, truck.station, rub(truck, past(state, truck.car), velocity), forces);
+    }
   }
   Real calcPotentialEnergy(const State&) const override { return 0.0; }
 
@@ -155,7 +162,8 @@ class Ground final : public SimTK::Force::Custom::Implementation {
     rate[work_] = rate[work_ + 1] = 0.0;
     for (const Truck& truck : trucks_) {
       const Vec3 velocity = truck.body.findStationVelocityInGround(state, truck.station);
-      rate[work_ + (past(state, truck.car) ? 1 : 0)] -= SimTK::dot(rub(state, truck), velocity);
+      const bool derailed = past(state, truck.car);
+      rate[work_ + (derailed ? 1 : 0)] -= SimTK::dot(rub(truck, derailed, velocity), velocity);
     }
   }
   double work(const State& state, bool past) const { return forces_.getZ(state)[work_ + (past ? 1 : 0)]; }
@@ -167,10 +175,9 @@ class Ground final : public SimTK::Force::Custom::Implementation {
     return SimTK::Value<Flags>::downcast(forces_.getDiscreteVariable(state, flags_)).get();
   }
 
-  Vec3 rub(const State& state, const Truck& truck) const {
-    const bool derailed = past(state, truck.car);
+  /// On a truck that moves with `velocity`.
+  Vec3 rub(const Truck& truck, bool derailed, Vec3 velocity) const {
     const double most = truck.load * (derailed ? law_.off_track_friction : law_.on_track_friction);
-    Vec3 velocity = truck.body.findStationVelocityInGround(state, truck.station);
     if (!derailed && law_.on_track_law != inputs::OnTrackLaw::isotropic) velocity[1] = 0.0;  // along the rails alone
     return -most * velocity / std::sqrt(velocity.normSqr() + law_.regularization_speed * law_.regularization_speed);
   }
@@ -305,17 +312,15 @@ struct Engine::Impl {
       return radius * std::cos(6.283185307179586 * uniform());
     };
     const double omega = scenario.initial.yaw_rate * (1.0 + jitter.yaw_rate * normal());
-    double x = 0.0;
+    double mid_slack = 0.0;
     for (std::size_t k = 0; k < train.size(); ++k) {
-      if (k > 0) {
-        x -= 0.5 * (train[k - 1].length + train[k].length) + scenario.coupler.length + jitter.spacing * std::abs(normal());
-      }
+      if (k > 0) mid_slack -= 0.5 * (train[k - 1].length + train[k].length) + scenario.coupler.length;
+      const double x = mid_slack - (k > 0 ? jitter.spacing * std::abs(normal()) : 0.0);
       bodies[k].setQ(state, Vec3(0.0, x, 0.0));
       bodies[k].setU(state, Vec3(k == 0 ? omega : 0.0, scenario.initial.speed, 0.0));
       if (x >= 0.0) ground->set_past(state, k);
     }
     integrator.setAccuracy(o.accuracy > 0.0 ? o.accuracy : scenario.solver.rtol);
-    integrator.setUseInfinityNorm(true);
     integrator.setReturnEveryInternalStep(true);
     stepper.setReportAllSignificantStates(true);
     stepper.initialize(state);
@@ -412,7 +417,7 @@ std::vector<CouplerForce> Engine::coupler_forces() const {
   const State& state = impl_->state();
   impl_->system.realize(state, impl_->rods.empty() ? Stage::Velocity : Stage::Acceleration);
   std::vector<CouplerForce> result;
-  for (const Bar* bar : impl_->bars) result.push_back({bar->push(bar->gap(state).length), -bar->side(state)});
+  for (const Bar* bar : impl_->bars) result.push_back(bar->force(state));
   for (std::size_t i = 0; i < impl_->rods.size(); ++i) result[i].axial = -impl_->rods[i].getRodTension(state);
   return result;
 }

@@ -12,6 +12,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/multibody/engine.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::study {
@@ -19,10 +20,14 @@ namespace train_derail::study {
 namespace {
 
 outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& run) {
+  const auto finished = [](auto computed) {
+    computed.run();
+    return computed.outcome();
+  };
   try {
-    simulation::Simulation simulation(scenario_of(study, point, run));
-    simulation.run();
-    return simulation.outcome();
+    const inputs::Scenario scenario = scenario_of(study, point, run);
+    if (study.engine == Engine::multibody) return finished(multibody::Engine(scenario));
+    return finished(simulation::Simulation(scenario));
   } catch (const inputs::InputError& e) {
     outcome::Outcome refused;
     refused.ended = outcome::Ended::integration_failed;
@@ -35,6 +40,7 @@ outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& r
 
 RunReport run_study(const Study& study, const RunOptions& options, const std::function<void(const Progress&)>& on_progress,
                     const std::atomic<bool>& stop) {
+  if (study.engine == Engine::multibody) multibody::require();
   const std::vector<Point> all = points(study);
   const auto total = static_cast<std::int64_t>(all.size()) * study.replicates;
   claim_folder(options.folder, study);

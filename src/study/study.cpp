@@ -186,6 +186,7 @@ std::string to_json(const Study& s) {
   for (const auto& [name, plan] : kPlans) {
     if (plan == s.plan) j["plan"] = name;
   }
+  j["engine"] = s.engine == Engine::multibody ? "multibody" : "purpose_built";
   j["samples"] = s.samples;
   j["replicates"] = s.replicates;
   j["perturbation"] = {{"spacing", s.perturbation.spacing}, {"yaw_rate", s.perturbation.yaw_rate}};

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kFloors{"inputs", "model", "solver", "outcome", "simulation", "study", "ros"};
+const std::vector<std::string> kFloors{"inputs", "model", "solver", "outcome", "simulation", "multibody", "study", "ros"};
 
 std::size_t floor_of(const std::string& name) {
   return static_cast<std::size_t>(std::find(kFloors.begin(), kFloors.end(), name) - kFloors.begin());
@@ -45,6 +45,7 @@ TEST(House, FloorsIncludeOnlyWhatStandsLeft) {
         if (tree == std::string("include/train_derail")) {
           EXPECT_EQ(header.find("sundials"), std::string::npos) << entry.path();
           EXPECT_EQ(header.find("nvector"), std::string::npos) << entry.path();
+          EXPECT_EQ(header.find("Simbody"), std::string::npos) << entry.path();
         }
       }
     }

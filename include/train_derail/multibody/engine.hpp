@@ -28,7 +28,7 @@ enum class Fault {
 };
 
 struct Options {
-  double accuracy = 0.0;  // error allowed in a step, relative to the larger of the value and 1 (SI); 0: solver.rtol
+  double accuracy = 0.0;  // Simbody's: of a step, root mean square over the train; 0: solver.rtol
   bool rods = false;      // couplers keep their length: constraints instead of springs; slack and stiffness have no meaning
   Fault fault = Fault::none;
 };

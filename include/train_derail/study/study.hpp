@@ -20,6 +20,9 @@ enum class Plan {
 
 enum class Distribution { uniform, log_uniform, normal };
 
+/// What computes the runs: the model, or the multibody engine that checks it.
+enum class Engine { purpose_built, multibody };
+
 struct Factor {
   std::string key;                  // of the scenario
   std::string label;                // for pictures; the key if empty
@@ -39,6 +42,7 @@ struct Study {
   inputs::Perturbation perturbation;    // sizes of the perturbation of every run; its seed is not used
   std::vector<std::string> outcomes;    // names of outcome::kQuantities that are summarised and drawn
   std::int64_t seed = 1;
+  Engine engine = Engine::purpose_built;  // not in the file: asked for on the command line
 };
 
 /// `scenario` in the file is a path relative to the file. Throws inputs::InputError.
