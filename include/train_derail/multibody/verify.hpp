@@ -29,7 +29,7 @@ struct VerifyOptions {
   int runs = 40;             // of either engine in the ensemble
   int jobs = 0;              // threads of the ensembles; 0: one a core
   double accuracy = 1e-11;   // of the two runs that are compared point by point, and of the short trains
-  double follow = 4.0;       // how long those two runs are followed [s]
+  double follow = 8.0;       // how long those two runs are followed [s]
   double spacing = 3e-3;     // of the ensembles' initial.perturbation [m]
   double yaw_rate = 1e-3;    // ... [-]
   Criteria criteria;
