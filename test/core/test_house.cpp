@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <fstream>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,34 @@ TEST(House, FloorsIncludeOnlyWhatStandsLeft) {
     }
   }
   EXPECT_GT(seen, 50);
+}
+
+// The second opinion would be none if it shared the model's physics.
+TEST(House, TheMultibodyEngineIncludesNoneOfTheModelsPhysics) {
+  const fs::path root = TRAIN_DERAIL_SOURCE_DIR;
+  const std::regex include("^\\s*#include \"((?:train_derail|multibody)/[^\"]+)\"");
+  std::vector<fs::path> open{root / "src/multibody/engine.cpp", root / "src/multibody/observer.cpp"};
+  std::set<fs::path> seen;
+  while (!open.empty()) {
+    const fs::path path = open.back();
+    open.pop_back();
+    if (!seen.insert(path).second) continue;
+    std::ifstream file(path);
+    ASSERT_TRUE(file) << path;
+    for (std::string line; std::getline(file, line);) {
+      std::smatch match;
+      if (!std::regex_search(line, match, include)) continue;
+      const std::string header = match[1];
+      open.push_back(root / (header.compare(0, 10, "multibody/") == 0 ? "src" : "include") / header);
+    }
+  }
+  EXPECT_GT(seen.size(), 8U);
+  const std::set<std::string> data{"energy_ledger.hpp", "train.hpp"};
+  for (const fs::path& path : seen) {
+    const std::string floor = path.parent_path().filename().string();
+    EXPECT_TRUE(floor != "model" || data.count(path.filename().string()) > 0) << path;
+    EXPECT_NE(floor, "simulation") << path;
+  }
 }
 
 }  // namespace
