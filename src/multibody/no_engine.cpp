@@ -23,7 +23,7 @@ void Engine::run() {}
 double Engine::time() const { return 0.0; }
 bool Engine::ended() const { return true; }
 std::vector<CarMotion> Engine::cars() const { return {}; }
-std::vector<double> Engine::coupler_forces() const { return {}; }
+std::vector<CouplerForce> Engine::coupler_forces() const { return {}; }
 outcome::Outcome Engine::outcome() const { return {}; }
 
 }  // namespace train_derail::multibody
