@@ -1,5 +1,6 @@
 // The second opinion: the multibody engine against closed forms and against the model, mistakes that it has to notice, the
 // limit of rigid couplers, and the statistics of the verdict.
+#include <dlfcn.h>
 #include <sys/wait.h>
 
 #include <array>
@@ -94,6 +95,15 @@ TEST(MultibodyEngine, ALoneCarSlidesAsFarAsTheClosedFormSays) {
   EXPECT_EQ(o.ended, outcome::Ended::at_rest);
   EXPECT_EQ(o.cars_past_pod, 1);
   EXPECT_LT(o.energy_residual, 1e-7);
+}
+
+// Simbody's library exports functions of an old SUNDIALS under the same names; the order of linking decides who is called.
+TEST(MultibodyEngine, LeavesTheModelsIntegratorsTheirSundials) {
+  Dl_info found{};
+  void* function = dlsym(RTLD_DEFAULT, "N_VDestroy_Serial");
+  ASSERT_NE(function, nullptr);
+  ASSERT_NE(dladdr(function, &found), 0);
+  EXPECT_NE(std::string(found.dli_fname).find("libsundials"), std::string::npos) << found.dli_fname;
 }
 
 TEST(MultibodyEngine, FollowsTheScenarioAndSaysWhyItStops) {
