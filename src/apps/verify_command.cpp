@@ -38,7 +38,8 @@ int verify(const Arguments& a) {
   multibody::Verification v;
   {
     Progress progress(!a.quiet);
-    v = multibody::verify(scenario, a.options, [&](double done, const std::string& what) { progress.update(done, what); });
+    v = multibody::verify(scenario, a.options,
+                          [&](double done, const std::string& what) { progress.update(done, what); });
   }
   const std::string json = multibody::to_json(v) + "\n";
   if (!a.out.empty()) {
@@ -47,7 +48,8 @@ int verify(const Arguments& a) {
   }
   if (a.json == "-") std::cout << json;
   else if (!a.json.empty()) write(a.json, json);
-  if (!a.quiet && a.json != "-") std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << multibody::to_table(v);
+  if (!a.quiet && a.json != "-")
+    std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << multibody::to_table(v);
   std::cout.flush();
   if (!std::cout) throw std::runtime_error("standard output: could not be written whole");
   return v.verdict() == multibody::Verdict::agrees ? 0 : kDiffers;
@@ -58,10 +60,12 @@ int verify(const Arguments& a) {
 void add_verify_command(CLI::App& app, std::function<int()>& command) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  CLI::App* sub = app.add_subcommand("verify", "Check the model against a general multibody engine (Simbody); exit code 4: they differ");
+  CLI::App* sub = app.add_subcommand(
+      "verify", "Check the model against a general multibody engine (Simbody); exit code 4: they differ");
   sub->add_option("FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();
   sub->add_option("--set", a.set, "Change an input: key=value; may be repeated")->allow_extra_args(false);
-  sub->add_option("--runs", a.options.runs, "Runs of either engine in the ensembles; fewer than 8 are reported, not judged")
+  sub->add_option("--runs", a.options.runs,
+                  "Runs of either engine in the ensembles; fewer than 8 are reported, not judged")
       ->capture_default_str()
       ->check(CLI::Range(1, 100000));
   sub->add_option("--jobs", a.options.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));

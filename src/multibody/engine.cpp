@@ -30,14 +30,20 @@ class Bar final : public SimTK::Force::Custom::Implementation {
  public:
   Bar(const inputs::Coupler& law, bool rigid, double lateral_sign, const MobilizedBody& ahead, const Vec3& rear_pin,
       const MobilizedBody& behind, const Vec3& front_pin)
-      : law_(law), rigid_(rigid), lateral_sign_(lateral_sign), ahead_(ahead), behind_(behind), rear_pin_(rear_pin),
+      : law_(law),
+        rigid_(rigid),
+        lateral_sign_(lateral_sign),
+        ahead_(ahead),
+        behind_(behind),
+        rear_pin_(rear_pin),
         front_pin_(front_pin) {}
 
   bool dependsOnlyOnPositions() const override { return true; }
 
   void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
     const Line line = line_of(state);
-    const double on_ahead = stop_moment(swing(state, ahead_, line)), on_behind = stop_moment(swing(state, behind_, line));
+    const double on_ahead = stop_moment(swing(state, ahead_, line)),
+                 on_behind = stop_moment(swing(state, behind_, line));
     const Vec3 left(-line.along[1], line.along[0], 0.0);
     const Vec3 force = push(line.length) * line.along + side(line, on_ahead + on_behind) * left;
     ahead_.applyForceToBodyPoint(state, rear_pin_, force, forces);
@@ -66,17 +72,19 @@ class Bar final : public SimTK::Force::Custom::Implementation {
     double energy = 0.0;
     for (const MobilizedBody* body : {&ahead_, &behind_}) {
       const double beyond = std::max(std::abs(swing(state, *body, line)) - law_.swing_limit, 0.0);
-      const double yield = law_.swing_stiffness > 0.0 ? law_.swing_moment_max / law_.swing_stiffness : inputs::kInfinity;
+      const double yield =
+          law_.swing_stiffness > 0.0 ? law_.swing_moment_max / law_.swing_stiffness : inputs::kInfinity;
       const double bent = std::min(beyond, yield);
-      energy += 0.5 * law_.swing_stiffness * bent * bent + (beyond > bent ? law_.swing_moment_max * (beyond - bent) : 0.0);
+      energy +=
+          0.5 * law_.swing_stiffness * bent * bent + (beyond > bent ? law_.swing_moment_max * (beyond - bent) : 0.0);
     }
     return energy;
   }
 
   Gap gap(const State& state) const {
     const Line line = line_of(state);
-    const Vec3 parting = ahead_.findStationVelocityInGround(state, rear_pin_) -
-                         behind_.findStationVelocityInGround(state, front_pin_);
+    const Vec3 parting =
+        ahead_.findStationVelocityInGround(state, rear_pin_) - behind_.findStationVelocityInGround(state, front_pin_);
     return {line.length, SimTK::dot(parting, line.along)};
   }
 
@@ -94,14 +102,14 @@ class Bar final : public SimTK::Force::Custom::Implementation {
     Vec3 along;  // unit vector from the car behind to the car ahead
   };
   Line line_of(const State& state) const {
-    const Vec3 between = ahead_.findStationLocationInGround(state, rear_pin_) -
-                         behind_.findStationLocationInGround(state, front_pin_);
+    const Vec3 between =
+        ahead_.findStationLocationInGround(state, rear_pin_) - behind_.findStationLocationInGround(state, front_pin_);
     const double length = between.norm();
     return {length, between / length};
   }
 
-  /// Force to the left of the bar on the car ahead [N]. The bar has no mass and must be in balance about its rear end: the
-  /// force at its other end, times its length, undoes the moment `turning` with which it turns the two cars.
+  /// Force to the left of the bar on the car ahead [N]. The bar has no mass and must be in balance about its rear end:
+  /// the force at its other end, times its length, undoes the moment `turning` with which it turns the two cars.
   double side(const Line& line, double turning) const { return -lateral_sign_ * turning / line.length; }
 
   /// From the car's heading to the bar, counter-clockwise, in (-pi, pi].
@@ -134,7 +142,8 @@ class Ground final : public SimTK::Force::Custom::Implementation {
     double load;  // N
   };
 
-  Ground(const inputs::Ground& law, const SimTK::GeneralForceSubsystem& forces, std::size_t cars, std::vector<Truck> trucks)
+  Ground(const inputs::Ground& law, const SimTK::GeneralForceSubsystem& forces, std::size_t cars,
+         std::vector<Truck> trucks)
       : law_(law), forces_(forces), cars_(cars), trucks_(std::move(trucks)) {}
 
   bool past(const State& state, std::size_t car) const { return flags(state)[static_cast<unsigned>(car)] != 0; }
@@ -193,7 +202,8 @@ class Ground final : public SimTK::Force::Custom::Implementation {
 /// A car's centre reaches the point of derailment: from here on the ground is another, and the rails let go.
 class Crossing final : public SimTK::TriggeredEventHandler {
  public:
-  Crossing(const MobilizedBody::Planar& body, std::size_t car, const Ground& ground, std::vector<SimTK::Constraint> rails)
+  Crossing(const MobilizedBody::Planar& body, std::size_t car, const Ground& ground,
+           std::vector<SimTK::Constraint> rails)
       : TriggeredEventHandler(Stage::Position), body_(body), car_(car), ground_(ground), rails_(std::move(rails)) {
     getTriggerInfo().setTriggerOnFallingSignTransition(false).setRequiredLocalizationTimeWindow(kWindow);
   }
@@ -265,7 +275,8 @@ struct Engine::Impl {
       const SimTK::MassProperties mass(car.mass, Vec3(0.0), SimTK::Inertia(0.5 * yaw, 0.5 * yaw, yaw));
       bodies.emplace_back(matter.updGround(), SimTK::Body::Rigid(mass));
       const double half_load = 0.5 * car.weight;
-      if (fault != Fault::no_front_truck) trucks.push_back({bodies[k], k, Vec3(0.5 * car.truck_spacing, 0.0, 0.0), half_load});
+      if (fault != Fault::no_front_truck)
+        trucks.push_back({bodies[k], k, Vec3(0.5 * car.truck_spacing, 0.0, 0.0), half_load});
       trucks.push_back({bodies[k], k, Vec3(-0.5 * car.truck_spacing, 0.0, 0.0), half_load});
       rails.emplace_back();
       if (k > 0 && scenario.ground.on_track_law == inputs::OnTrackLaw::guided) {
@@ -281,10 +292,11 @@ struct Engine::Impl {
       const Vec3 rear(-reach(train[k - 1]), 0.0, 0.0), front(reach(train[k]), 0.0, 0.0);
       inputs::Coupler law = scenario.coupler;
       if (fault == Fault::coupler_arm) {  // still without force at the start
-        law.length += 0.5 * (train[k - 1].length - train[k - 1].truck_spacing + train[k].length - train[k].truck_spacing);
+        law.length +=
+            0.5 * (train[k - 1].length - train[k - 1].truck_spacing + train[k].length - train[k].truck_spacing);
       }
-      auto bar = std::make_unique<Bar>(law, o.rods, fault == Fault::lateral_force_sign ? -1.0 : 1.0, bodies[k - 1], rear,
-                                       bodies[k], front);
+      auto bar = std::make_unique<Bar>(law, o.rods, fault == Fault::lateral_force_sign ? -1.0 : 1.0, bodies[k - 1],
+                                       rear, bodies[k], front);
       bars.push_back(bar.get());
       SimTK::Force::Custom(forces, bar.release());
       if (o.rods) rods.emplace_back(bodies[k - 1], rear, bodies[k], front, law.length);
@@ -304,7 +316,8 @@ struct Engine::Impl {
     ground->set_weights(state);
     // Draws of this engine's own, so that two ensembles share none.
     const inputs::Perturbation& jitter = scenario.initial.perturbation;
-    std::seed_seq seeds{static_cast<std::uint32_t>(jitter.seed), static_cast<std::uint32_t>(jitter.seed >> 32), 0x51b0d1u};
+    std::seed_seq seeds{static_cast<std::uint32_t>(jitter.seed), static_cast<std::uint32_t>(jitter.seed >> 32),
+                        0x51b0d1u};
     std::mt19937_64 engine(seeds);
     const auto normal = [&engine] {  // Box and Muller; the same with every standard library
       const auto uniform = [&engine] { return (static_cast<double>(engine() >> 11U) + 0.5) * 0x1.0p-53; };
@@ -396,7 +409,8 @@ struct Engine::Impl {
   }
 };
 
-Engine::Engine(const inputs::Scenario& scenario, const Options& options) : impl_(std::make_unique<Impl>(scenario, options)) {}
+Engine::Engine(const inputs::Scenario& scenario, const Options& options)
+    : impl_(std::make_unique<Impl>(scenario, options)) {}
 Engine::~Engine() = default;
 Engine::Engine(Engine&&) noexcept = default;
 Engine& Engine::operator=(Engine&&) noexcept = default;

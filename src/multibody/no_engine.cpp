@@ -10,8 +10,9 @@ struct Engine::Impl {};
 bool available() { return false; }
 
 void require() {
-  throw std::runtime_error("this build has no multibody engine; install Simbody (Debian: libsimbody-dev) and configure anew "
-                           "with -DTRAIN_DERAIL_MULTIBODY=ON");
+  throw std::runtime_error(
+      "this build has no multibody engine; install Simbody (Debian: libsimbody-dev) and configure anew "
+      "with -DTRAIN_DERAIL_MULTIBODY=ON");
 }
 
 Engine::Engine(const inputs::Scenario&, const Options&) { require(); }

@@ -44,8 +44,8 @@ void Observer::follow(double t, const std::vector<Gap>& gaps) {
     consider(static_cast<int>(i) + 1, gaps[i].length, t);
     const double h = t - time_;
     if (gaps_.empty() || h <= 0.0 || gaps_[i].rate * gaps[i].rate >= 0.0) continue;
-    // It turned round in between. Rate of Hermite's cubic at s in [0, 1]: r0 + 2 (3 d - 2 r0 - r1) s + 3 (r0 + r1 - 2 d) s^2,
-    // d the mean rate: found by bisection, since it changes sign once.
+    // It turned round in between. Rate of Hermite's cubic at s in [0, 1]: r0 + 2 (3 d - 2 r0 - r1) s + 3 (r0 + r1 - 2
+    // d) s^2, d the mean rate: found by bisection, since it changes sign once.
     const double r0 = gaps_[i].rate, r1 = gaps[i].rate, d = (gaps[i].length - gaps_[i].length) / h;
     const double b = 3.0 * d - 2.0 * r0 - r1, c = r0 + r1 - 2.0 * d;
     double low = 0.0, high = 1.0;
@@ -87,8 +87,13 @@ void Observer::touches(double t, const std::vector<CarMotion>& motion) {
       ++touches_;
       const Vector2d approach = velocity(motion[b], contact->point) - velocity(motion[a], contact->point);
       if (approach.norm() > closing_.speed) {
-        closing_ = {approach.norm(), approach.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
-                    contact->point.x(), contact->point.y()};
+        closing_ = {approach.norm(),
+                    approach.dot(contact->normal),
+                    static_cast<int>(a) + 1,
+                    static_cast<int>(b) + 1,
+                    t,
+                    contact->point.x(),
+                    contact->point.y()};
       }
     }
   }

@@ -28,7 +28,8 @@ class Observer {
   /// Of the last sample.
   bool at_rest() const { return truck_speed_ < stop_speed_; }
 
-  /// Counts, speeds and pile-up of a train that stands as `motion` says; `past` says who has passed the point of derailment.
+  /// Counts, speeds and pile-up of a train that stands as `motion` says; `past` says who has passed the point of
+  /// derailment.
   void report(const std::vector<CarMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const;
 
   /// Shortest and longest that any coupler has been, from 1; 0: not shorter (longer) than at first.

@@ -21,8 +21,8 @@ struct Statistics {
 };
 
 /// `of_a`: whether the pooled sample's i-th smallest value belongs to a; `tied`: whether it equals the next.
-Statistics statistics(const std::vector<char>& of_a, const std::vector<char>& tied, const std::vector<std::int64_t>& twice_rank,
-                      std::int64_t size_a, std::int64_t size_b) {
+Statistics statistics(const std::vector<char>& of_a, const std::vector<char>& tied,
+                      const std::vector<std::int64_t>& twice_rank, std::int64_t size_a, std::int64_t size_b) {
   Statistics s;
   std::int64_t below = 0;  // difference of the two distribution functions, times the product of the sizes
   for (std::size_t i = 0; i < of_a.size(); ++i) {
@@ -33,7 +33,9 @@ Statistics statistics(const std::vector<char>& of_a, const std::vector<char>& ti
   return s;
 }
 
-double mean(const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size()); }
+double mean(const std::vector<double>& x) {
+  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+}
 
 double variance(const std::vector<double>& x) {
   const double m = mean(x);
@@ -66,7 +68,8 @@ TwoSample compare(const std::vector<double>& a, const std::vector<double>& b, in
 
   TwoSample result;
   result.distance = static_cast<double>(seen.distance) / static_cast<double>(size_a * size_b);
-  result.precedence = 1.0 - static_cast<double>(seen.ranks - size_a * (size_a + 1)) / static_cast<double>(2 * size_a * size_b);
+  result.precedence =
+      1.0 - static_cast<double>(seen.ranks - size_a * (size_a + 1)) / static_cast<double>(2 * size_a * size_b);
   std::mt19937_64 engine(1);
   int farther = 0, more_uneven = 0;
   for (int p = 0; p < permutations; ++p) {
@@ -97,22 +100,26 @@ std::vector<double> holm(const std::vector<double>& p) {
 
 double detectable_shift(std::size_t size, double alpha, double power) {
   const boost::math::normal normal;
-  const double excess = (quantile(normal, 1.0 - 0.5 * alpha) + quantile(normal, power)) / std::sqrt(6.0 * static_cast<double>(size));
+  const double excess =
+      (quantile(normal, 1.0 - 0.5 * alpha) + quantile(normal, power)) / std::sqrt(6.0 * static_cast<double>(size));
   return excess < 0.5 ? std::sqrt(2.0) * quantile(normal, 0.5 + excess) : std::numeric_limits<double>::infinity();
 }
 
 double pooled_deviation(const std::vector<double>& a, const std::vector<double>& b) {
-  const auto squares = [](const std::vector<double>& x) { return x.size() < 2 ? 0.0 : variance(x) * static_cast<double>(x.size() - 1); };
-  return a.size() + b.size() > 2 ? std::sqrt((squares(a) + squares(b)) / static_cast<double>(a.size() + b.size() - 2)) : 0.0;
+  const auto squares = [](const std::vector<double>& x) {
+    return x.size() < 2 ? 0.0 : variance(x) * static_cast<double>(x.size() - 1);
+  };
+  return a.size() + b.size() > 2 ? std::sqrt((squares(a) + squares(b)) / static_cast<double>(a.size() + b.size() - 2))
+                                 : 0.0;
 }
 
 MeanDifference mean_difference(const std::vector<double>& a, const std::vector<double>& b, double confidence) {
   MeanDifference result{mean(b) - mean(a), std::numeric_limits<double>::infinity()};
   if (a.size() < 2 || b.size() < 2) return result;
-  const double va = variance(a) / static_cast<double>(a.size()),
-               vb = variance(b) / static_cast<double>(b.size());
+  const double va = variance(a) / static_cast<double>(a.size()), vb = variance(b) / static_cast<double>(b.size());
   if (va + vb == 0.0) return {result.value, 0.0};
-  const double freedom = (va + vb) * (va + vb) / (va * va / static_cast<double>(a.size() - 1) + vb * vb / static_cast<double>(b.size() - 1));
+  const double freedom = (va + vb) * (va + vb) /
+                         (va * va / static_cast<double>(a.size() - 1) + vb * vb / static_cast<double>(b.size() - 1));
   result.half_width = quantile(boost::math::students_t(freedom), 0.5 + 0.5 * confidence) * std::sqrt(va + vb);
   return result;
 }

@@ -25,7 +25,8 @@ constexpr std::array<std::string_view, 6> kJudged{"cars_past_pod",      "cars_of
                                                   "relative_speed_max", "coupler_force_peak", "stop_time"};
 
 const outcome::Quantity& quantity(std::string_view name) {
-  return *std::find_if(outcome::kQuantities.begin(), outcome::kQuantities.end(), [&](const auto& q) { return q.name == name; });
+  return *std::find_if(outcome::kQuantities.begin(), outcome::kQuantities.end(),
+                       [&](const auto& q) { return q.name == name; });
 }
 
 /// The first `cars` of a train.
@@ -65,7 +66,8 @@ Difference difference(const simulation::Snapshot& a, const Engine& b, double for
 double relative_difference(const outcome::Outcome& a, const outcome::Outcome& b) {
   double worst = 0.0;
   for (const char* name : {"closing_speed_max", "relative_speed_max", "coupler_force_peak", "stop_time"}) {
-    const double va = quantity(name).value(a), vb = quantity(name).value(b), larger = std::max(std::abs(va), std::abs(vb));
+    const double va = quantity(name).value(a), vb = quantity(name).value(b),
+                 larger = std::max(std::abs(va), std::abs(vb));
     if (larger > 0.0) worst = std::max(worst, std::abs(va - vb) / larger);
   }
   return worst;
@@ -126,8 +128,9 @@ PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options
   if (failed(pair.multibody)) pair.failed = "multibody: " + pair.multibody.message;
 
   const bool whole = judged >= follow;
-  const bool close = whole ? pair.worst.position <= c.short_position && pair.relative <= c.short_relative && pair.counts_equal
-                           : pair.worst.position <= c.position && pair.force_share <= c.force;
+  const bool close =
+      whole ? pair.worst.position <= c.short_position && pair.relative <= c.short_relative && pair.counts_equal
+            : pair.worst.position <= c.position && pair.force_share <= c.force;
   pair.verdict = pair.failed.empty() && close ? Verdict::agrees : Verdict::differs;
   return pair;
 }
@@ -141,7 +144,8 @@ Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions
   std::size_t done = 0;
   const auto one = [&](std::size_t i) {
     inputs::Scenario s = scenario;
-    s.initial.perturbation = {options.spacing, options.yaw_rate, scenario.initial.perturbation.seed + static_cast<std::int64_t>(i) + 1};
+    s.initial.perturbation = {options.spacing, options.yaw_rate,
+                              scenario.initial.perturbation.seed + static_cast<std::int64_t>(i) + 1};
     if (i < a.size()) {
       b[i] = outcome_of(Engine(s, {0.0, false, options.fault}));  // the long ones first
     } else {
@@ -188,7 +192,8 @@ Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions
     q.detectable = sd > 0.0 ? shift * sd : 0.0;
     told_apart |= std::min(q.p_distance, q.p_precedence) < c.alpha;
   }
-  if (options.runs >= c.runs_least && ensemble.failed == 0) ensemble.verdict = told_apart ? Verdict::differs : Verdict::agrees;
+  if (options.runs >= c.runs_least && ensemble.failed == 0)
+    ensemble.verdict = told_apart ? Verdict::differs : Verdict::agrees;
   return ensemble;
 }
 
@@ -203,7 +208,8 @@ Verification verify(const inputs::Scenario& scenario, const VerifyOptions& optio
   v.early = follow(scenario, options, options.follow, options.criteria.early);
   for (const int cars : {1, 2, 3}) {
     on_progress(0.05 + 0.02 * cars, "short trains");
-    if (cars <= car_count(scenario)) v.short_trains.push_back(follow(shortened(scenario, cars), options, inputs::kInfinity, inputs::kInfinity));
+    if (cars <= car_count(scenario))
+      v.short_trains.push_back(follow(shortened(scenario, cars), options, inputs::kInfinity, inputs::kInfinity));
   }
   on_progress(0.12, "one run of each");
   const double start = processor_time();
@@ -212,7 +218,8 @@ Verification verify(const inputs::Scenario& scenario, const VerifyOptions& optio
   v.multibody = outcome_of(Engine(scenario, {0.0, false, options.fault}));
   v.purpose_built_seconds = between - start;
   v.multibody_seconds = processor_time() - between;
-  v.ensemble = compare_ensembles(scenario, options, [&](double done, const std::string& what) { on_progress(0.15 + 0.85 * done, what); });
+  v.ensemble = compare_ensembles(scenario, options,
+                                 [&](double done, const std::string& what) { on_progress(0.15 + 0.85 * done, what); });
   return v;
 }
 

@@ -65,28 +65,33 @@ std::string to_table(const Verification& v) {
   const auto failed = [&](const PairOfRuns& pair) {
     if (!pair.failed.empty()) fmt::format_to(out, "   failed: {}\n", pair.failed);
   };
-  fmt::format_to(out, "1. Early, point by point: {} cars, the first {:.2f} s, tolerance {:.0e} in both: {}\n", early.cars, early.worst.time,
-                 o.accuracy, to_string(early.verdict));
-  fmt::format_to(out, "   largest difference of a car's position      {:10.2e} m    allowed {:.0e} m\n", early.worst.position, c.position);
-  fmt::format_to(out, "   of a coupler force, of the largest so far   {:10.2e}      allowed {:.0e}\n", early.force_share, c.force);
+  fmt::format_to(out, "1. Early, point by point: {} cars, the first {:.2f} s, tolerance {:.0e} in both: {}\n",
+                 early.cars, early.worst.time, o.accuracy, to_string(early.verdict));
+  fmt::format_to(out, "   largest difference of a car's position      {:10.2e} m    allowed {:.0e} m\n",
+                 early.worst.position, c.position);
+  fmt::format_to(out, "   of a coupler force, of the largest so far   {:10.2e}      allowed {:.0e}\n",
+                 early.force_share, c.force);
   for (const double apart : {1e-6, 1e-3, 1.0}) {
     const double when = apart_at(early, apart);
     fmt::format_to(out, "   apart by more than {:<7g} m: {}\n", apart,
-                   std::isnan(when) ? fmt::format("not within {:.2f} s", early.differences.back().time) : fmt::format("after {:.2f} s", when));
+                   std::isnan(when) ? fmt::format("not within {:.2f} s", early.differences.back().time)
+                                    : fmt::format("after {:.2f} s", when));
   }
   failed(early);
 
   fmt::format_to(out, "2. Short trains, whole runs at the same tolerance\n");
-  fmt::format_to(out, "   {:>4} {:>13} {:>13} {:>16} {:>16} {:>12} {:>12}\n", "cars", "position, m", "stops after", "peak force, kip", "the same (mb)",
-                 "largest rel.", "");
+  fmt::format_to(out, "   {:>4} {:>13} {:>13} {:>16} {:>16} {:>12} {:>12}\n", "cars", "position, m", "stops after",
+                 "peak force, kip", "the same (mb)", "largest rel.", "");
   for (const PairOfRuns& pair : v.short_trains) {
-    fmt::format_to(out, "   {:>4} {:>13.2e} {:>11.2f} s {:>16.2f} {:>16.2f} {:>12.1e} {:>12}\n", pair.cars, pair.worst.position,
-                   pair.purpose_built.stop_time, pair.purpose_built.coupler_force_peak() / inputs::kKip,
+    fmt::format_to(out, "   {:>4} {:>13.2e} {:>11.2f} s {:>16.2f} {:>16.2f} {:>12.1e} {:>12}\n", pair.cars,
+                   pair.worst.position, pair.purpose_built.stop_time,
+                   pair.purpose_built.coupler_force_peak() / inputs::kKip,
                    pair.multibody.coupler_force_peak() / inputs::kKip, pair.relative, to_string(pair.verdict));
     failed(pair);
   }
-  fmt::format_to(out, "   allowed: {:.0e} m at any time; {:.0e} relative in speeds, peak force, stop time; equal counts\n", c.short_position,
-                 c.short_relative);
+  fmt::format_to(out,
+                 "   allowed: {:.0e} m at any time; {:.0e} relative in speeds, peak force, stop time; equal counts\n",
+                 c.short_position, c.short_relative);
 
   fmt::format_to(out, "3. One run of each at the scenario's tolerance: reported, not judged (the motion is chaotic)\n");
   fmt::format_to(out, "   {:<40} {:>14} {:>14}\n", "", "purpose-built", "multibody");
@@ -94,34 +99,40 @@ std::string to_table(const Verification& v) {
     fmt::format_to(out, "   {:<40} {:>14.4g} {:>14.4g} {}\n", q.title, q.value(v.purpose_built) / q.per_shown,
                    q.value(v.multibody) / q.per_shown, q.shown_unit);
   }
-  fmt::format_to(out, "   {:<40} {:>14} {:>14}\n", "ended", outcome::to_string(v.purpose_built.ended), outcome::to_string(v.multibody.ended));
+  fmt::format_to(out, "   {:<40} {:>14} {:>14}\n", "ended", outcome::to_string(v.purpose_built.ended),
+                 outcome::to_string(v.multibody.ended));
   fmt::format_to(out, "   {:<40} {:>14} {:>14}\n", "steps", v.purpose_built.solver.steps, v.multibody.solver.steps);
-  fmt::format_to(out, "   {:<40} {:>14.3f} {:>14.3f} s   1 : {}\n", "processor time", v.purpose_built_seconds, v.multibody_seconds,
-                 cost_ratio(v.purpose_built_seconds, v.multibody_seconds));
+  fmt::format_to(out, "   {:<40} {:>14.3f} {:>14.3f} s   1 : {}\n", "processor time", v.purpose_built_seconds,
+                 v.multibody_seconds, cost_ratio(v.purpose_built_seconds, v.multibody_seconds));
 
   const Ensemble& e = v.ensemble;
-  fmt::format_to(out, "4. Ensembles: {} runs of each, spacing jittered by {:g} mm, yaw rate by {:g} %: {}\n", e.runs, 1e3 * o.spacing,
-                 1e2 * o.yaw_rate, to_string(e.verdict));
+  fmt::format_to(out, "4. Ensembles: {} runs of each, spacing jittered by {:g} mm, yaw rate by {:g} %: {}\n", e.runs,
+                 1e3 * o.spacing, 1e2 * o.yaw_rate, to_string(e.verdict));
   if (e.failed > 0) fmt::format_to(out, "   {} runs failed\n", e.failed);
-  fmt::format_to(out, "   {:<36} {:>8} {:>8} {:>19} {:>9} {:>9} {:>11}\n", "", "p.-built", "multib.", "difference, 95 %", "p (KS)", "p (MW)",
-                 "detectable");
+  fmt::format_to(out, "   {:<36} {:>8} {:>8} {:>19} {:>9} {:>9} {:>11}\n", "", "p.-built", "multib.",
+                 "difference, 95 %", "p (KS)", "p (MW)", "detectable");
   for (const QuantityComparison& q : e.quantities) {
     const outcome::Quantity& about = quantity(q.name);
-    fmt::format_to(out, "   {:<36} {:>8.4g} {:>8.4g} {:>+9.2g} +/- {:<5.2g} {:>9.2g} {:>9.2g} {:>11.2g} {}\n", about.title,
-                   mean(q.purpose_built) / about.per_shown, mean(q.multibody) / about.per_shown, q.mean.value / about.per_shown,
-                   q.mean.half_width / about.per_shown, q.p_distance, q.p_precedence, q.detectable / about.per_shown, about.shown_unit);
+    fmt::format_to(out, "   {:<36} {:>8.4g} {:>8.4g} {:>+9.2g} +/- {:<5.2g} {:>9.2g} {:>9.2g} {:>11.2g} {}\n",
+                   about.title, mean(q.purpose_built) / about.per_shown, mean(q.multibody) / about.per_shown,
+                   q.mean.value / about.per_shown, q.mean.half_width / about.per_shown, q.p_distance, q.p_precedence,
+                   q.detectable / about.per_shown, about.shown_unit);
   }
   if (e.verdict == Verdict::not_judged) {
     fmt::format_to(out, "   not judged: {} runs of each are too few, {} are needed\n", e.runs, c.runs_least);
   } else {
     fmt::format_to(out,
-                   "   p: Kolmogorov-Smirnov and Mann-Whitney, by permutation, all {} corrected together (Holm); differs if any is below\n"
-                   "   alpha = {:g}. Equal engines fail in {:g} % of all such comparisons. detectable: shift of the mean that {} runs of each\n"
+                   "   p: Kolmogorov-Smirnov and Mann-Whitney, by permutation, all {} corrected together (Holm); "
+                   "differs if any is below\n"
+                   "   alpha = {:g}. Equal engines fail in {:g} % of all such comparisons. detectable: shift of the "
+                   "mean that {} runs of each\n"
                    "   would have shown with probability {:g}; a smaller one can be there unseen.\n",
                    2 * e.quantities.size(), c.alpha, 100.0 * c.alpha, e.runs, c.power);
   }
   fmt::format_to(out, "Verdict: {}{}\n", to_string(v.verdict()),
-                 v.verdict() == Verdict::agrees && e.verdict == Verdict::not_judged ? ", as far as judged (the ensembles are not)" : "");
+                 v.verdict() == Verdict::agrees && e.verdict == Verdict::not_judged
+                     ? ", as far as judged (the ensembles are not)"
+                     : "");
   return t;
 }
 
@@ -130,9 +141,15 @@ std::string to_json(const Verification& v) {
   ordered_json j;
   j["title"] = v.scenario.title;
   j["verdict"] = to_string(v.verdict());
-  j["criteria"] = {{"early", c.early}, {"position", c.position}, {"force", c.force}, {"force_least", c.force_least},
-                   {"short_position", c.short_position}, {"short_relative", c.short_relative}, {"alpha", c.alpha},
-                   {"power", c.power}, {"runs_least", c.runs_least}};
+  j["criteria"] = {{"early", c.early},
+                   {"position", c.position},
+                   {"force", c.force},
+                   {"force_least", c.force_least},
+                   {"short_position", c.short_position},
+                   {"short_relative", c.short_relative},
+                   {"alpha", c.alpha},
+                   {"power", c.power},
+                   {"runs_least", c.runs_least}};
   j["accuracy"] = v.options.accuracy;
   j["early"] = json_of(v.early);
   j["short_trains"] = ordered_json::array();
@@ -141,15 +158,27 @@ std::string to_json(const Verification& v) {
                   {"multibody", ordered_json::parse(outcome::to_json(v.multibody))},
                   {"processor_time", {v.purpose_built_seconds, v.multibody_seconds}}};
   ordered_json& e = j["ensemble"];
-  e = {{"runs", v.ensemble.runs}, {"failed", v.ensemble.failed}, {"spacing", v.options.spacing}, {"yaw_rate", v.options.yaw_rate},
-       {"verdict", to_string(v.ensemble.verdict)}, {"quantities", ordered_json::array()}};
+  e = {{"runs", v.ensemble.runs},
+       {"failed", v.ensemble.failed},
+       {"spacing", v.options.spacing},
+       {"yaw_rate", v.options.yaw_rate},
+       {"verdict", to_string(v.ensemble.verdict)},
+       {"quantities", ordered_json::array()}};
   for (const QuantityComparison& q : v.ensemble.quantities) {
     const outcome::Quantity& about = quantity(q.name);
-    e["quantities"].push_back({{"name", q.name}, {"title", about.title}, {"unit", about.unit}, {"shown_unit", about.shown_unit},
-                               {"per_shown", about.per_shown}, {"distance", q.test.distance}, {"precedence", q.test.precedence},
-                               {"p_distance", q.p_distance}, {"p_precedence", q.p_precedence},
-                               {"mean_difference", {q.mean.value, q.mean.half_width}}, {"detectable", q.detectable},
-                               {"purpose_built", q.purpose_built}, {"multibody", q.multibody}});
+    e["quantities"].push_back({{"name", q.name},
+                               {"title", about.title},
+                               {"unit", about.unit},
+                               {"shown_unit", about.shown_unit},
+                               {"per_shown", about.per_shown},
+                               {"distance", q.test.distance},
+                               {"precedence", q.test.precedence},
+                               {"p_distance", q.p_distance},
+                               {"p_precedence", q.p_precedence},
+                               {"mean_difference", {q.mean.value, q.mean.half_width}},
+                               {"detectable", q.detectable},
+                               {"purpose_built", q.purpose_built},
+                               {"multibody", q.multibody}});
   }
   return j.dump(2, ' ', false, ordered_json::error_handler_t::replace);
 }
@@ -158,7 +187,8 @@ std::string differences_csv(const Verification& v) {
   std::string text = "cars,time_s,position_m,heading_rad,force_N,force_peak_N\n";
   const auto add = [&text](const PairOfRuns& pair) {
     for (const Difference& d : pair.differences) {
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{}\n", pair.cars, d.time, d.position, d.heading, d.force, d.force_peak);
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{}\n", pair.cars, d.time, d.position, d.heading, d.force,
+                     d.force_peak);
     }
   };
   for (const PairOfRuns& pair : v.short_trains) add(pair);

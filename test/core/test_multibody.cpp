@@ -1,5 +1,5 @@
-// The second opinion: the multibody engine against closed forms and against the model, mistakes that it has to notice, the
-// limit of rigid couplers, and the statistics of the verdict.
+// The second opinion: the multibody engine against closed forms and against the model, mistakes that it has to notice,
+// the limit of rigid couplers, and the statistics of the verdict.
 #include <dlfcn.h>
 #include <sys/wait.h>
 
@@ -37,8 +37,7 @@ TEST(TwoSample, SmallSamplesHaveTheirExactProbabilities) {
   EXPECT_DOUBLE_EQ(apart.precedence, 1.0);
   EXPECT_NEAR(apart.p_distance, 0.1, 0.004);
   EXPECT_NEAR(apart.p_precedence, 0.1, 0.004);
-  // 1 2 | 2 3: the tie counts half. Of the six ways to deal them, the two with {1, 2} on one side are as uneven... and the
-  // two equal twos can be either: 4 of 6.
+  // 1 2 | 2 3: of the six ways to deal 1, 2, 2, 3 only {1, 3} and {2, 2} are more even.
   const multibody::TwoSample tied = multibody::compare({1, 2}, {2, 3});
   EXPECT_DOUBLE_EQ(tied.distance, 0.5);
   EXPECT_DOUBLE_EQ(tied.precedence, 0.875);
@@ -63,7 +62,8 @@ TEST(TwoSample, FindsAShiftAndASpreadAndHasFewFalseAlarms) {
   EXPECT_LT(multibody::compare(sample(0, 1), sample(1.5, 1), 9999).p_precedence, 0.001);
   EXPECT_LT(multibody::compare(sample(0, 1), sample(0, 8), 9999).p_distance, 0.01) << "the same median, another spread";
   int alarms = 0;
-  for (int i = 0; i < 200; ++i) alarms += multibody::compare(sample(0, 1), sample(0, 1), 499).p_precedence <= 0.05 ? 1 : 0;
+  for (int i = 0; i < 200; ++i)
+    alarms += multibody::compare(sample(0, 1), sample(0, 1), 499).p_precedence <= 0.05 ? 1 : 0;
   EXPECT_GE(alarms, 2);
   EXPECT_LE(alarms, 22);  // 10 expected, sd 3.1
 }
@@ -97,7 +97,8 @@ TEST(MultibodyEngine, ALoneCarSlidesAsFarAsTheClosedFormSays) {
   EXPECT_LT(o.energy_residual, 1e-7);
 }
 
-// Simbody's library exports functions of an old SUNDIALS under the same names; the order of linking decides who is called.
+// Simbody's library exports functions of an old SUNDIALS under the same names; the order of linking decides who is
+// called.
 TEST(MultibodyEngine, LeavesTheModelsIntegratorsTheirSundials) {
   Dl_info found{};
   void* function = dlsym(RTLD_DEFAULT, "N_VDestroy_Serial");
@@ -157,9 +158,12 @@ TEST_P(Readings, TheTwoEnginesMoveAMixedTrainAlike) {
   EXPECT_LT(pair.force_share, 1e-3);
   EXPECT_GT(pair.worst.force_peak, 1e5) << "couplers have been loaded";
   EXPECT_GT(pair.purpose_built.cars_past_pod, 1) << "a second car has passed the point of derailment";
-  EXPECT_NEAR(pair.multibody.energy.work_on_track, pair.purpose_built.energy.work_on_track, 1e-5 * pair.multibody.energy_initial);
-  EXPECT_NEAR(pair.multibody.energy.work_off_track, pair.purpose_built.energy.work_off_track, 1e-5 * pair.multibody.energy_initial);
-  EXPECT_NEAR(pair.multibody.energy.coupler_swing, pair.purpose_built.energy.coupler_swing, 1e-6 * pair.multibody.energy_initial);
+  EXPECT_NEAR(pair.multibody.energy.work_on_track, pair.purpose_built.energy.work_on_track,
+              1e-5 * pair.multibody.energy_initial);
+  EXPECT_NEAR(pair.multibody.energy.work_off_track, pair.purpose_built.energy.work_off_track,
+              1e-5 * pair.multibody.energy_initial);
+  EXPECT_NEAR(pair.multibody.energy.coupler_swing, pair.purpose_built.energy.coupler_swing,
+              1e-6 * pair.multibody.energy_initial);
   EXPECT_LT(pair.multibody.energy_residual, 1e-6);
   EXPECT_TRUE(pair.counts_equal);
 }
@@ -196,7 +200,8 @@ TEST_P(Faults, AreSeenPointByPoint) {
 }
 
 std::string name_of(const testing::TestParamInfo<Fault>& info) {
-  constexpr std::array kNames{"none", "lateral_force_sign", "coupler_arm", "no_front_truck", "friction_swapped", "yaw_inertia"};
+  constexpr std::array kNames{"none",           "lateral_force_sign", "coupler_arm",
+                              "no_front_truck", "friction_swapped",   "yaw_inertia"};
   return kNames[static_cast<std::size_t>(info.param)];
 }
 
@@ -233,8 +238,9 @@ TEST(RigidCouplers, SpringsTendToRodsAsTheyGrowStiff) {
   const std::vector<multibody::CarMotion> limit = rigid.cars();
   for (std::size_t k = 0; k + 1 < limit.size(); ++k) {
     const double half = 0.5 * s.consist[0].length;
-    const double gap = std::hypot(limit[k].x - limit[k + 1].x - half * (std::cos(limit[k].theta) + std::cos(limit[k + 1].theta)),
-                                  limit[k].y - limit[k + 1].y - half * (std::sin(limit[k].theta) + std::sin(limit[k + 1].theta)));
+    const double gap =
+        std::hypot(limit[k].x - limit[k + 1].x - half * (std::cos(limit[k].theta) + std::cos(limit[k + 1].theta)),
+                   limit[k].y - limit[k + 1].y - half * (std::sin(limit[k].theta) + std::sin(limit[k + 1].theta)));
     EXPECT_NEAR(gap, s.coupler.length, 1e-6);
   }
   EXPECT_GT(std::abs(rigid.coupler_forces()[0].axial), 1e4);
@@ -245,7 +251,8 @@ TEST(RigidCouplers, SpringsTendToRodsAsTheyGrowStiff) {
     springs.advance(end);
     const simulation::Snapshot shot = springs.snapshot();
     double worst = 0.0;
-    for (std::size_t k = 0; k < limit.size(); ++k) worst = std::max(worst, std::hypot(shot.cars[k].x - limit[k].x, shot.cars[k].y - limit[k].y));
+    for (std::size_t k = 0; k < limit.size(); ++k)
+      worst = std::max(worst, std::hypot(shot.cars[k].x - limit[k].x, shot.cars[k].y - limit[k].y));
     distance.push_back(worst);
     std::printf("K = %.0e N/m: %.3e m from the rods\n", stiffness, worst);
   }
@@ -261,11 +268,13 @@ class VerifyCommand : public ::testing::Test {
     folder_ = pattern;
     std::ofstream(folder_ / "train.yaml") << "consist:\n  - {count: 2, length: 61.1 ft, weight: 150 kip}\n"
                                              "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 0.8 s}\n";
-    std::ofstream(folder_ / "study.yaml") << "scenario: train.yaml\nfactors:\n  - {key: initial.speed, scale: [1.0, 1.5]}\n";
+    std::ofstream(folder_ / "study.yaml")
+        << "scenario: train.yaml\nfactors:\n  - {key: initial.speed, scale: [1.0, 1.5]}\n";
   }
   void TearDown() override { fs::remove_all(folder_); }
   int derail(const std::string& arguments) {
-    const int status = std::system((std::string(TRAIN_DERAIL_CLI) + " " + arguments + " > " + (folder_ / "out").string() + " 2>&1").c_str());
+    const int status = std::system(
+        (std::string(TRAIN_DERAIL_CLI) + " " + arguments + " > " + (folder_ / "out").string() + " 2>&1").c_str());
     std::ifstream file(folder_ / "out");
     out_.assign(std::istreambuf_iterator<char>(file), {});
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;

@@ -1,6 +1,6 @@
-// The same train, computed anew by a general multibody engine (Simbody): planar bodies, couplers and ground friction as its
-// force elements, its integrator, its events. Shares inputs and outcome with the purpose-built model, and no physics.
-// Simbody stays in the .cpp.
+// The same train, computed anew by a general multibody engine (Simbody): planar bodies, couplers and ground friction as
+// its force elements, its integrator, its events. Shares inputs and outcome with the purpose-built model, and no
+// physics. Simbody stays in the .cpp.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,8 @@ bool available();
 /// Throws std::runtime_error that says how to get a build with the engine, if this one has none.
 void require();
 
-/// Mistakes that can be put into the engine's forces, so that tests can show that a comparison notices them. For tests only.
+/// Mistakes that can be put into the engine's forces, so that tests can show that a comparison notices them. For tests
+/// only.
 enum class Fault {
   none,
   lateral_force_sign,  // the lateral force E of the couplers acts the wrong way
@@ -29,13 +30,13 @@ enum class Fault {
 
 struct Options {
   double accuracy = 0.0;  // Simbody's: of a step, root mean square over the train; 0: solver.rtol
-  bool rods = false;      // couplers keep their length: constraints instead of springs; slack and stiffness have no meaning
+  bool rods = false;  // couplers keep their length: constraints instead of springs; slack and stiffness have no meaning
   Fault fault = Fault::none;
 };
 
 struct CarMotion {
-  double x, y, theta;     // centre of mass [m, m, rad]
-  double vx, vy, omega;   // m/s, m/s, rad/s
+  double x, y, theta;    // centre of mass [m, m, rad]
+  double vx, vy, omega;  // m/s, m/s, rad/s
 };
 
 struct CouplerForce {
@@ -43,8 +44,8 @@ struct CouplerForce {
   double lateral;  // E [N]
 };
 
-/// One run, by the Runge-Kutta-Merson method. Of the scenario's solver.* only rtol and steps_max apply. Not copyable; one
-/// thread an object, any number of objects.
+/// One run, by the Runge-Kutta-Merson method. Of the scenario's solver.* only rtol and steps_max apply. Not copyable;
+/// one thread an object, any number of objects.
 class Engine {
  public:
   /// Throws inputs::InputError if the scenario is not valid, std::runtime_error if this build has no engine.

@@ -1,4 +1,5 @@
-// Were two samples drawn from the same distribution? Tests that assume nothing about it and stay exact where values tie.
+// Were two samples drawn from the same distribution? Tests that assume nothing about it and stay exact where values
+// tie.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +8,9 @@
 namespace train_derail::multibody {
 
 struct TwoSample {
-  double distance = 0.0;       // Kolmogorov-Smirnov: largest difference of the two distribution functions
-  double precedence = 0.5;     // Mann-Whitney: share of pairs in which a < b, ties counted half
-  double p_distance = 1.0;     // two-sided, by permutation: how often chance alone does as much
+  double distance = 0.0;    // Kolmogorov-Smirnov: largest difference of the two distribution functions
+  double precedence = 0.5;  // Mann-Whitney: share of pairs in which a < b, ties counted half
+  double p_distance = 1.0;  // two-sided, by permutation: how often chance alone does as much
   double p_precedence = 1.0;
 };
 
@@ -19,8 +20,8 @@ TwoSample compare(const std::vector<double>& a, const std::vector<double>& b, in
 /// Holm's correction: p-values that may each be held against the level of the whole family, in the order given.
 std::vector<double> holm(const std::vector<double>& p);
 
-/// Shift of two equal normal distributions, in standard deviations, that the Mann-Whitney test of two samples of `size` finds
-/// at level `alpha` (two-sided) with probability `power` (Noether 1987). Infinite if no shift is enough.
+/// Shift of two equal normal distributions, in standard deviations, that the Mann-Whitney test of two samples of `size`
+/// finds at level `alpha` (two-sided) with probability `power` (Noether 1987). Infinite if no shift is enough.
 double detectable_shift(std::size_t size, double alpha, double power);
 
 /// Standard deviation within the samples; 0 for fewer than three values in all.

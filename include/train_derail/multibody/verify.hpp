@@ -14,26 +14,26 @@ namespace train_derail::multibody {
 
 /// What "agrees" means; all of it is printed with the verdict.
 struct Criteria {
-  double early = 0.3;             // the first seconds, in which the motion is not chaotic yet [s]
-  double position = 1e-3;         // there: largest difference of a car's position [m]
-  double force = 0.01;            // there: of a coupler's force, as part of the largest force so far
-  double force_least = 1e3;       // ... or of this force, if there has been none as large [N]
-  double short_position = 1e-2;   // trains of 1, 2 and 3 cars: at any time of the run [m]
-  double short_relative = 0.01;   // ... of closing speed, relative speed, peak force, stop time
-  double alpha = 0.01;            // probability that ensembles of the same distribution are told apart: of all tests together
-  double power = 0.8;             // the detectable difference is found with this probability
-  int runs_least = 8;             // fewer runs an engine are reported, not judged
+  double early = 0.3;            // the first seconds, in which the motion is not chaotic yet [s]
+  double position = 1e-3;        // there: largest difference of a car's position [m]
+  double force = 0.01;           // there: of a coupler's force, as part of the largest force so far
+  double force_least = 1e3;      // ... or of this force, if there has been none as large [N]
+  double short_position = 1e-2;  // trains of 1, 2 and 3 cars: at any time of the run [m]
+  double short_relative = 0.01;  // ... of closing speed, relative speed, peak force, stop time
+  double alpha = 0.01;  // probability that ensembles of the same distribution are told apart: of all tests together
+  double power = 0.8;   // the detectable difference is found with this probability
+  int runs_least = 8;   // fewer runs an engine are reported, not judged
 };
 
 struct VerifyOptions {
-  int runs = 40;             // of either engine in the ensemble
-  int jobs = 0;              // threads of the ensembles; 0: one a core
-  double accuracy = 1e-11;   // of the two runs that are compared point by point, and of the short trains
-  double follow = 8.0;       // how long those two runs are followed [s]
-  double spacing = 3e-3;     // of the ensembles' initial.perturbation [m]
-  double yaw_rate = 1e-3;    // ... [-]
+  int runs = 40;            // of either engine in the ensemble
+  int jobs = 0;             // threads of the ensembles; 0: one a core
+  double accuracy = 1e-11;  // of the two runs that are compared point by point, and of the short trains
+  double follow = 8.0;      // how long those two runs are followed [s]
+  double spacing = 3e-3;    // of the ensembles' initial.perturbation [m]
+  double yaw_rate = 1e-3;   // ... [-]
   Criteria criteria;
-  Fault fault = Fault::none; // of the multibody engine; for tests
+  Fault fault = Fault::none;  // of the multibody engine; for tests
 };
 
 enum class Verdict { agrees, differs, not_judged };
@@ -52,13 +52,13 @@ struct Difference {
 struct PairOfRuns {
   int cars = 0;
   std::vector<Difference> differences;
-  Difference worst{};       // largest of each over the time that is judged; `time`: how long that is
-  double force_share = 0.0; // largest force difference there as a part of the largest force so far
-  double relative = 0.0;    // whole runs: largest relative difference of the speeds, the peak force, the stop time
-  bool counts_equal = true; // whole runs: cars past the point of derailment and off the track
+  Difference worst{};        // largest of each over the time that is judged; `time`: how long that is
+  double force_share = 0.0;  // largest force difference there as a part of the largest force so far
+  double relative = 0.0;     // whole runs: largest relative difference of the speeds, the peak force, the stop time
+  bool counts_equal = true;  // whole runs: cars past the point of derailment and off the track
   outcome::Outcome purpose_built, multibody;
   Verdict verdict = Verdict::not_judged;
-  std::string failed;       // which engine could not go on, and why
+  std::string failed;  // which engine could not go on, and why
 };
 
 /// One quantity of outcome::kQuantities in both ensembles.
@@ -67,13 +67,13 @@ struct QuantityComparison {
   std::vector<double> purpose_built, multibody;
   TwoSample test;
   double p_distance = 1.0, p_precedence = 1.0;  // Holm's
-  MeanDifference mean;                           // multibody - purpose-built, 95 %
-  double detectable = 0.0;                       // shift of the mean that would have been found; same unit
+  MeanDifference mean;                          // multibody - purpose-built, 95 %
+  double detectable = 0.0;                      // shift of the mean that would have been found; same unit
 };
 
 struct Ensemble {
-  int runs = 0;     // of either engine
-  int failed = 0;   // of both; any makes the verdict fail
+  int runs = 0;    // of either engine
+  int failed = 0;  // of both; any makes the verdict fail
   std::vector<QuantityComparison> quantities;
   Verdict verdict = Verdict::not_judged;
 };
@@ -81,9 +81,9 @@ struct Ensemble {
 struct Verification {
   inputs::Scenario scenario;
   VerifyOptions options;
-  PairOfRuns early;                                 // the whole train; judged over criteria.early
-  std::vector<PairOfRuns> short_trains;             // the first 1, 2, 3 cars; judged over the whole run
-  outcome::Outcome purpose_built, multibody;        // one run of each at the scenario's own tolerance: reported
+  PairOfRuns early;                           // the whole train; judged over criteria.early
+  std::vector<PairOfRuns> short_trains;       // the first 1, 2, 3 cars; judged over the whole run
+  outcome::Outcome purpose_built, multibody;  // one run of each at the scenario's own tolerance: reported
   double purpose_built_seconds = 0.0, multibody_seconds = 0.0;  // processor time of these two
   Ensemble ensemble;
 
