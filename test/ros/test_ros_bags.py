@@ -21,6 +21,7 @@ import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import MarkerArray
 
 from train_derail.msg import CarStates, CouplerForces
 
@@ -175,17 +176,20 @@ class BagTest(unittest.TestCase):
             self.assertEqual(cut[topic], self.offline[topic][:len(cut[topic])], topic)
 
     def test_replay_equals_the_run(self):
-        cars, couplers, clocks = [], [], []
+        cars, couplers, markers, clocks = [], [], [], []
         self.launch('replay.launch', 'bag:=offline.bag', 'pause:=true', 'rate:=5')
         subscribers = [
             rospy.Subscriber('/train_derail/cars', CarStates, cars.append),
             rospy.Subscriber('/train_derail/couplers', CouplerForces, couplers.append),
+            rospy.Subscriber('/train_derail/markers', MarkerArray, markers.append),
             rospy.Subscriber('/clock', Clock, lambda m: clocks.append(m.clock)),
         ]
         self.assertTrue(wait_for(lambda: all(s.get_num_connections() > 0 for s in subscribers)))
         rospy.wait_for_service('/player/pause_playback', LIMIT)
         self.assertTrue(rospy.ServiceProxy('/player/pause_playback', SetBool)(False).success)
-        self.assertTrue(wait_for(lambda: cars and couplers and cars[-1].time >= 3.0 and couplers[-1].time >= 3.0))
+        last = len(self.offline['/train_derail/markers'])
+        self.assertTrue(wait_for(lambda: cars and couplers and cars[-1].time >= 3.0 and couplers[-1].time >= 3.0
+                                 and len(markers) >= last - 1))
         publishers = {t: nodes for t, nodes in rosgraph.Master('/test').getSystemState()[0]}
         self.assertEqual(publishers['/clock'], ['/player'])
         self.assertNotIn('/train_derail/pause', dict(rosgraph.Master('/test').getSystemState()[2]))
@@ -193,10 +197,15 @@ class BagTest(unittest.TestCase):
             subscriber.unregister()
         self.assertEqual(clocks, sorted(clocks))
         with rosbag.Bag(self.bag) as bag:
-            for topic, seen in (('/train_derail/cars', cars), ('/train_derail/couplers', couplers)):
+            for topic, seen in (('/train_derail/cars', cars), ('/train_derail/couplers', couplers),
+                                ('/train_derail/markers', markers)):
                 expected = [self.plain(m) for _, m, _ in bag.read_messages([topic])]
                 self.assertEqual([self.plain(m) for m in seen], expected[-len(seen):], topic)
                 self.assertGreaterEqual(len(seen), len(expected) - 1)
+
+    def test_replay_begins_where_it_is_told_to(self):
+        self.launch('replay.launch', 'bag:=offline.bag', 'start:=2')
+        self.assertGreaterEqual(rospy.wait_for_message('/train_derail/cars', CarStates, LIMIT).time, 2.0)
 
     def test_what_cannot_be_written_is_said(self):
         process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0', 'exit_when_done:=true', 'record:=true',
