@@ -148,6 +148,17 @@ TEST(RelativeSpeed, IsThatOfTheFacingPins) {
   EXPECT_EQ(sim.outcome().relative_speed_max.time, 0.0);
 }
 
+TEST(CentreSpeed, IsThatOfNeighbouringCentresHoweverTheyTurn) {
+  inputs::Scenario s = free_cars(3, 0.5);
+  const double length = s.consist[0].length;
+  simulation::Simulation sim(s, test::state_of({CarMotion{0, 0, 0, 9, 0, 0.2}, CarMotion{-length - 1.5, 0, 0, 6, 0, 0.3},
+                                                CarMotion{-2 * length - 3, 0, 0, 3, 4, 0}}));
+  sim.run();
+  EXPECT_NEAR(sim.outcome().centre_speed_max.speed, 5.0, 1e-9) << "cars 1 and 3 are further apart, but no neighbours";
+  EXPECT_EQ(sim.outcome().centre_speed_max.coupler, 2);
+  EXPECT_EQ(sim.outcome().centre_speed_max.time, 0.0);
+}
+
 /// The second car stands across the track; the first, ahead of it and straight, runs back into its side.
 TEST(ClosingSpeed, OfASideImpactIsKnown) {
   inputs::Scenario s = free_cars(2, 1.0);
