@@ -102,10 +102,10 @@ TEST(CarsPastPod, CountsACarThatStartsPastIt) {
 }
 
 TEST(CarsOffTrack, AreThoseWithATruckSideways) {
-  // Half a foot at the front truck, D / 2 = 5.773 m ahead, is an angle of 0.0264 rad; the second car has half of it.
+  // Half a foot at the front truck, D / 2 = 6.406 m ahead, is an angle of 0.0238 rad; the second car has half of it.
   inputs::Scenario s = free_cars(3, 1.0);
-  const double angle = 0.0265;
-  ASSERT_GT(0.5 * 0.62 * s.consist[0].length * std::sin(angle), s.outcome.off_track_threshold);
+  const double angle = 0.024;
+  ASSERT_GT(0.5 * 0.71 * s.consist[0].length * std::sin(angle), s.outcome.off_track_threshold);
   simulation::Simulation sim(s, test::state_of({CarMotion{0, 0, 0, 1, 0, 0}, CarMotion{-40, 0, 0.5 * angle, 1, 0, 0},
                                                 CarMotion{-80, 0, 0, 1, 0.2, 0}}));
   EXPECT_EQ(sim.outcome().cars_off_track, 0);
