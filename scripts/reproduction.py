@@ -296,15 +296,19 @@ def table(arguments):
     reading = {'count': COUNT, 'closing': arguments.closing, 'force': FORCE}
     everything = [Results(f) for f in arguments.folders]
     names = [os.path.basename(os.path.normpath(f)) for f in arguments.folders]
-    print('| | where | the paper says | ' + ' | | '.join(names) + ' | | band |')
-    print('|---' * (4 + 2 * len(names)) + '|')
+    print('| | where | the paper says | ' + ' | | '.join(names) + ' | | band | why |')
+    print('|---' * (5 + 2 * len(names)) + '|')
     met = [[] for _ in names]
     for entry in numbers['numbers']:
         verdicts = [evaluate(r, entry, reading) for r in everything]
         cells = ' | '.join(f'{v.text} | {WORDS[v.met]}' for v in verdicts)
         band = entry.get('band')
-        limits = f'{number(band[0])} to {number(band[1])}' if band and band[1] < 1e9 else f'> {number(band[0])}' if band else ''
-        print(f"| {entry['id']} | {entry['where']} | {entry['text']} | {cells} | {'**' if entry.get('test') else ''}{limits}{'**' if entry.get('test') else ''} |")
+        limits = ''
+        if band:
+            limits = f'> {number(band[0])}' if np.isinf(band[1]) else f'{number(band[0])} to {number(band[1])}'
+        bold = '**' if entry.get('test') else ''
+        why = entry.get('why', '')
+        print(f"| {entry['id']} | {entry['where']} | {entry['text']} | {cells} | {bold}{limits}{bold} | {why} |")
         for list_, v in zip(met, verdicts):
             list_.append((bool(entry.get('test')), v.met))
     print()
