@@ -26,8 +26,8 @@ std::atomic<bool> stop{false};  // written by the signal handler, hence here
 
 struct Arguments {
   std::string file, folder, out, shard, engine;
-  std::vector<std::string> folders;
-  int jobs = 0;
+  std::vector<std::string> folders, set;
+  int jobs = 0, replicates = 0;  // replicates 0: as the study says
   bool resume = false, quiet = false;
 };
 
@@ -43,17 +43,20 @@ study::Shard parse_shard(const std::string& text) {
   return shard;
 }
 
-study::Study study_of(const Arguments& a) {
-  study::Study study = study::read_study_file(a.file);
+std::string folder_of(const Arguments& a) {
+  return a.out.empty() ? std::filesystem::path(a.file).stem().string() + ".results" : a.out;
+}
+
+study::Study read_study(const Arguments& a) {
+  std::vector<inputs::Override> overrides;
+  for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
+  study::Study study = study::read_study_file(a.file, overrides);
+  if (a.replicates > 0) study.replicates = a.replicates;
   if (a.engine == "multibody") {
     study.engine = study::Engine::multibody;
     study.title += " (multibody engine)";
   }
   return study;
-}
-
-std::string folder_of(const Arguments& a) {
-  return a.out.empty() ? std::filesystem::path(a.file).stem().string() + ".results" : a.out;
 }
 
 int finish(const std::string& folder, const study::Study& study, std::int64_t failed, double wall_time, bool quiet) {
@@ -69,7 +72,7 @@ int finish(const std::string& folder, const study::Study& study, std::int64_t fa
 }
 
 int run(const Arguments& a) {
-  const study::Study study = study_of(a);
+  const study::Study study = read_study(a);
   study::RunOptions options{folder_of(a), a.jobs, a.resume, parse_shard(a.shard)};
   std::signal(SIGINT, [](int) { stop = true; });
   std::signal(SIGTERM, [](int) { stop = true; });
@@ -97,7 +100,7 @@ int run(const Arguments& a) {
 }
 
 int merge(const Arguments& a) {
-  const study::Study study = study_of(a);
+  const study::Study study = read_study(a);
   study::gather(folder_of(a), a.folders, study);
   return finish(folder_of(a), study, 0, 0.0, a.quiet);
 }
@@ -126,6 +129,10 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   Arguments& a = *arguments;
   const auto common = [&a](CLI::App* sub) {
     sub->add_option("FILE", a.file, "Study, YAML (examples: config/studies)")->required();
+    sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
+        ->allow_extra_args(false);
+    sub->add_option("--replicates", a.replicates, "Runs a point, instead of what the study says")
+        ->check(CLI::Range(1, 1000000));
     sub->add_option("--out", a.out, "Folder of the results; default: the file's name with .results");
     sub->add_option("--engine", a.engine, "What computes: the model, or the multibody engine that checks it (slow)")
         ->default_str("purpose_built")

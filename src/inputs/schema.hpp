@@ -72,11 +72,11 @@ void describe_block(V& v, C& c) {
   v.number("weight", c.weight, required({"N", "kip", above(0)}), "W, on the rails (a force).");
   v.number("width", c.width, {"m", "ft", above(0)}, "Width of the footprint, for contacts and pictures.");
   v.number("truck_spacing", c.truck_spacing, {"m", "ft", above(0)}, "D, between truck centres; or truck_spacing_factor.");
-  v.number("truck_spacing_factor", c.truck_spacing_factor, {"1", "", above_up_to(0, 1)}, "D / L (0.62 if neither is given).");
+  v.number("truck_spacing_factor", c.truck_spacing_factor, {"1", "", above_up_to(0, 1)}, "D / L (0.71 if neither is given).");
   v.number("yaw_inertia", c.yaw_inertia, {"kg m2", "slug ft2", above(0)},
            "I, about the vertical axis through the centre of mass; or yaw_inertia_factor.");
   v.number("yaw_inertia_factor", c.yaw_inertia_factor, {"1", "", above_up_to(0, 0.25)},
-           "I / (M L^2) (0.089 if neither is given; a slender rod has 1/12).");
+           "I / (M L^2) (0.093 if neither is given; a slender rod has 1/12).");
 }
 
 template <class V, class C>

@@ -84,6 +84,8 @@ void Monitor::sample(double t, const double* y) {
     const double speed =
         (lead.point(-0.5 * model_.cars()[i - 1].length).velocity - motion.point(0.5 * car.length).velocity).norm();
     if (speed > relative_.speed) relative_ = {speed, static_cast<int>(k), t};
+    const double centres = (lead.velocity - motion.velocity).norm();
+    if (centres > centres_.speed) centres_ = {centres, static_cast<int>(k), t};
   }
   sample_touches(t);
 }
@@ -141,6 +143,7 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
   o.closing_speed_max = closing_;
   o.touches = static_cast<int>(touches_.size());
   o.relative_speed_max = relative_;
+  o.centre_speed_max = centres_;
   const auto peak = [this](const GapExtreme& e, double sign) {
     const double force = e.coupler < 0 ? 0.0 : sign * model::axial_force(model_.coupler_law(), e.gap);
     return force > 0.0 ? PeakForce{force, static_cast<int>(e.coupler) + 1, e.time} : PeakForce{};

@@ -29,6 +29,9 @@ std::string to_json(const Outcome& o) {
   j["relative_speed_max"] = o.relative_speed_max.speed;
   j["relative_speed_coupler"] = o.relative_speed_max.coupler;
   j["relative_speed_time"] = o.relative_speed_max.time;
+  j["centre_speed_max"] = o.centre_speed_max.speed;
+  j["centre_speed_coupler"] = o.centre_speed_max.coupler;
+  j["centre_speed_time"] = o.centre_speed_max.time;
   j["coupler_force_peak"] = o.coupler_force_peak();
   j["coupler_buff_peak"] = o.coupler_buff_peak.force;
   j["coupler_buff_peak_coupler"] = o.coupler_buff_peak.coupler;
@@ -82,9 +85,11 @@ std::string to_table(const Outcome& o) {
       c.car_a == 0 ? "no footprints touched"
                    : fmt::format("cars {} and {} at {:.2f} s, ({:.1f}, {:.1f}) m; normal {:.1f} mph", c.car_a, c.car_b,
                                  c.time, c.x, c.y, c.normal_speed / inputs::kMph));
-  const RelativeSpeed& r = o.relative_speed_max;
-  row("relative speed of car ends, largest", speed(r.speed),
-      r.coupler == 0 ? "" : fmt::format("coupler {}-{} at {:.2f} s", r.coupler, r.coupler + 1, r.time));
+  const auto relative = [&](const char* name, const RelativeSpeed& r) {
+    row(name, speed(r.speed), r.coupler == 0 ? "" : fmt::format("coupler {}-{} at {:.2f} s", r.coupler, r.coupler + 1, r.time));
+  };
+  relative("relative speed of car ends, largest", o.relative_speed_max);
+  relative("relative speed of centres, largest", o.centre_speed_max);
   peak("coupler buff force, peak", o.coupler_buff_peak);
   peak("coupler draft force, peak", o.coupler_draft_peak);
   row("pile-up length", length(o.pile_up.length));

@@ -126,7 +126,7 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
   return f;
 }
 
-Study read_study(const YAML::Node& root, const std::string& path) {
+Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides) {
   inputs::Places places;
   const std::vector<inputs::Override> none;
   StudyEntry entry;
@@ -146,7 +146,7 @@ Study read_study(const YAML::Node& root, const std::string& path) {
   }
 
   Study study;
-  study.base = inputs::read_scenario_file((std::filesystem::path(path).parent_path() / entry.scenario).string());
+  study.base = inputs::read_scenario_file((std::filesystem::path(path).parent_path() / entry.scenario).string(), overrides);
   study.title = entry.title;
   study.plan = entry.plan;
   study.samples = entry.samples;
@@ -174,10 +174,12 @@ Study read_study(const YAML::Node& root, const std::string& path) {
 
 }  // namespace
 
-Study read_study_file(const std::string& path) { return read_study(inputs::load_file(path), path); }
+Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides) {
+  return read_study(inputs::load_file(path), path, overrides);
+}
 
 Study read_study_text(const std::string& text, const std::string& path) {
-  return read_study(inputs::load_text(text, path), path);
+  return read_study(inputs::load_text(text, path), path, {});
 }
 
 std::string to_json(const Study& s) {

@@ -38,7 +38,7 @@ inline inputs::Scenario baseline(int cars = 60) {
   s.title = "baseline";
   inputs::CarBlock block;
   block.count = cars;
-  block.length = 61.1 * inputs::kFoot;
+  block.length = 59.2 * inputs::kFoot;
   block.weight = 150.0 * inputs::kKip;
   s.consist = {block};
   s.initial.speed = 37.0 * inputs::kMph;

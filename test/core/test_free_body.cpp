@@ -54,9 +54,9 @@ std::vector<Body> bodies_of(const inputs::Scenario& s, const model::DerailmentMo
       body.weight = b.weight;
       body.mass = b.weight / inputs::kStandardGravity;
       body.length = b.length;
-      body.spacing = b.truck_spacing ? *b.truck_spacing : b.truck_spacing_factor.value_or(0.62) * b.length;
+      body.spacing = b.truck_spacing ? *b.truck_spacing : b.truck_spacing_factor.value_or(0.71) * b.length;
       body.inertia =
-          b.yaw_inertia ? *b.yaw_inertia : b.yaw_inertia_factor.value_or(0.089) * body.mass * b.length * b.length;
+          b.yaw_inertia ? *b.yaw_inertia : b.yaw_inertia_factor.value_or(0.093) * body.mass * b.length * b.length;
       body.derailed = m.derailed(k);
       bodies.push_back(body);
     }

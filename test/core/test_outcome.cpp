@@ -102,10 +102,10 @@ TEST(CarsPastPod, CountsACarThatStartsPastIt) {
 }
 
 TEST(CarsOffTrack, AreThoseWithATruckSideways) {
-  // Half a foot at the front truck, D / 2 = 5.773 m ahead, is an angle of 0.0264 rad; the second car has half of it.
+  // Half a foot at the front truck, D / 2 = 6.406 m ahead, is an angle of 0.0238 rad; the second car has half of it.
   inputs::Scenario s = free_cars(3, 1.0);
-  const double angle = 0.0265;
-  ASSERT_GT(0.5 * 0.62 * s.consist[0].length * std::sin(angle), s.outcome.off_track_threshold);
+  const double angle = 0.024;
+  ASSERT_GT(0.5 * 0.71 * s.consist[0].length * std::sin(angle), s.outcome.off_track_threshold);
   simulation::Simulation sim(s, test::state_of({CarMotion{0, 0, 0, 1, 0, 0}, CarMotion{-40, 0, 0.5 * angle, 1, 0, 0},
                                                 CarMotion{-80, 0, 0, 1, 0.2, 0}}));
   EXPECT_EQ(sim.outcome().cars_off_track, 0);
@@ -146,6 +146,17 @@ TEST(RelativeSpeed, IsThatOfTheFacingPins) {
   EXPECT_NEAR(sim.outcome().relative_speed_max.speed, 0.5 * length * (0.2 + 0.3), 1e-9);
   EXPECT_EQ(sim.outcome().relative_speed_max.coupler, 1);
   EXPECT_EQ(sim.outcome().relative_speed_max.time, 0.0);
+}
+
+TEST(CentreSpeed, IsThatOfNeighbouringCentresHoweverTheyTurn) {
+  inputs::Scenario s = free_cars(3, 0.5);
+  const double length = s.consist[0].length;
+  simulation::Simulation sim(s, test::state_of({CarMotion{0, 0, 0, 9, 0, 0.2}, CarMotion{-length - 1.5, 0, 0, 6, 0, 0.3},
+                                                CarMotion{-2 * length - 3, 0, 0, 3, 4, 0}}));
+  sim.run();
+  EXPECT_NEAR(sim.outcome().centre_speed_max.speed, 5.0, 1e-9) << "cars 1 and 3 are further apart, but no neighbours";
+  EXPECT_EQ(sim.outcome().centre_speed_max.coupler, 2);
+  EXPECT_EQ(sim.outcome().centre_speed_max.time, 0.0);
 }
 
 /// The second car stands across the track; the first, ahead of it and straight, runs back into its side.

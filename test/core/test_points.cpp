@@ -25,8 +25,8 @@ TEST(Consist, IsExpandedCarByCarFromTheFirstToDerail) {
 
 TEST(Consist, DefaultsFillWhatThePaperLeavesOut) {
   const model::Car car = model::expand(test::baseline(1).consist).at(0);
-  EXPECT_DOUBLE_EQ(car.truck_spacing, 0.62 * 61.1 * inputs::kFoot);
-  EXPECT_DOUBLE_EQ(car.yaw_inertia, 0.089 * car.mass * car.length * car.length);
+  EXPECT_DOUBLE_EQ(car.truck_spacing, 0.71 * 59.2 * inputs::kFoot);
+  EXPECT_DOUBLE_EQ(car.yaw_inertia, 0.093 * car.mass * car.length * car.length);
   EXPECT_DOUBLE_EQ(car.width, 10.0 * inputs::kFoot);
 }
 

@@ -31,8 +31,8 @@ struct CarBlock {
   std::optional<double> yaw_inertia;           // I, about the centre of mass [kg m^2]
   std::optional<double> yaw_inertia_factor;    // I / (M L^2) [-]
 
-  static constexpr double kDefaultTruckSpacingFactor = 0.62;
-  static constexpr double kDefaultYawInertiaFactor = 0.089;
+  static constexpr double kDefaultTruckSpacingFactor = 0.71;
+  static constexpr double kDefaultYawInertiaFactor = 0.093;
 };
 
 /// Massless pin-ended bar between two cars (paper, figures 2 to 4).
@@ -41,7 +41,7 @@ struct Coupler {
   double slack = 0.25 * kFoot;                          // s, whole dead band of the gap [m]
   double stiffness = 50.0e6 * kPoundForce / kFoot;      // K, buff and draft [N/m]
   double swing_limit = 17.5 * kDegree;                  // S, free swing to either side [rad]
-  double swing_stiffness = 3.0e4 * kPoundForce * kFoot; // K_m, beyond the limit [N m/rad]
+  double swing_stiffness = 3.6e4 * kPoundForce * kFoot; // K_m, beyond the limit [N m/rad]
   double swing_moment_max = kInfinity;                  // m_max, plateau of the end moment [N m]
 };
 
@@ -56,7 +56,7 @@ struct Ground {
   double on_track_friction = 0.15;           // mu before the point of derailment [-]
   double off_track_friction = 0.50;          // mu from it on [-]
   OnTrackLaw on_track_law = OnTrackLaw::isotropic;
-  double regularization_speed = 1.0 * kFoot; // v_eps of v / sqrt(v^2 + v_eps^2) [m/s]
+  double regularization_speed = 0.1 * kFoot; // v_eps of v / sqrt(v^2 + v_eps^2) [m/s]
 };
 
 /// Small random differences between otherwise equal runs (ensembles). Zero sizes: none.

@@ -60,7 +60,7 @@ class Monitor {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
   Closing closing_;
   std::vector<Closing> touches_;
-  RelativeSpeed relative_;
+  RelativeSpeed relative_, centres_;
   double truck_speed_max_ = 0.0;
 };
 

@@ -28,7 +28,7 @@ struct Closing {
   double x = 0.0, y = 0.0;    // where [m]
 };
 
-/// Largest relative speed of the facing pins of two neighbouring cars.
+/// Largest relative speed of two neighbouring cars: of their facing pins, or of their centres of mass.
 struct RelativeSpeed {
   double speed = 0.0;  // m/s
   int coupler = 0;     // between cars `coupler` and `coupler + 1`
@@ -53,7 +53,8 @@ struct Outcome {
   int cars_off_track = 0;  // a truck centre has ever been sideways by more than outcome.off_track_threshold
   Closing closing_speed_max;  // the fastest
   int touches = 0;         // first touches of footprints that were counted
-  RelativeSpeed relative_speed_max;
+  RelativeSpeed relative_speed_max;  // of facing pins
+  RelativeSpeed centre_speed_max;    // of centres of mass
   PeakForce coupler_buff_peak;
   PeakForce coupler_draft_peak;
   double stop_time = 0.0;  // simulated time at the end, or so far [s]

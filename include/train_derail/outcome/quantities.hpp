@@ -18,11 +18,12 @@ struct Quantity {
   double (*value)(const Outcome&);
 };
 
-inline constexpr std::array<Quantity, 11> kQuantities{{
+inline constexpr std::array<Quantity, 12> kQuantities{{
     {"cars_past_pod", "1", "cars", 1.0, "cars past the point of derailment", [](const Outcome& o) { return double(o.cars_past_pod); }},
     {"cars_off_track", "1", "cars", 1.0, "cars off the track", [](const Outcome& o) { return double(o.cars_off_track); }},
     {"closing_speed_max", "m/s", "mph", inputs::kMph, "largest closing speed at touch", [](const Outcome& o) { return o.closing_speed_max.speed; }},
     {"relative_speed_max", "m/s", "mph", inputs::kMph, "largest relative speed of car ends", [](const Outcome& o) { return o.relative_speed_max.speed; }},
+    {"centre_speed_max", "m/s", "mph", inputs::kMph, "largest relative speed of car centres", [](const Outcome& o) { return o.centre_speed_max.speed; }},
     {"coupler_force_peak", "N", "kip", inputs::kKip, "peak coupler force", [](const Outcome& o) { return o.coupler_force_peak(); }},
     {"coupler_buff_peak", "N", "kip", inputs::kKip, "peak buff force", [](const Outcome& o) { return o.coupler_buff_peak.force; }},
     {"coupler_draft_peak", "N", "kip", inputs::kKip, "peak draft force", [](const Outcome& o) { return o.coupler_draft_peak.force; }},
