@@ -4,6 +4,7 @@
   reproduction.py search DIR [--derail derail]   runs the search into DIR and ranks its samples
   reproduction.py rank DIR                        ranks the samples in DIR again
   reproduction.py candidates DIR [--derail derail]  runs the candidates of search.yaml into DIR and compares their medians
+  reproduction.py compare DIR                     Markdown: that comparison alone
   reproduction.py table DIR [DIR ...]             Markdown: the paper's statements, one column of ours a folder of paper_sensitivity
   reproduction.py spread DIR                      Markdown: how wide single runs are at the baseline
   reproduction.py sobol DIR                       Markdown: the indices of config/studies/monte_carlo.yaml
@@ -28,7 +29,6 @@ import yaml
 
 ROOT = os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir)
 CONFIG = os.path.join(ROOT, 'config')
-COUNTS = ('cars_off_track', 'cars_past_pod')
 CLOSINGS = ('closing_speed_max', 'relative_speed_max', 'centre_speed_max')
 FORCES = ('coupler_force_peak', 'coupler_buff_peak', 'coupler_draft_peak')
 CLOSING = 'relative_speed_max'  # the reading that docs/reproduction.md settles for
@@ -38,6 +38,10 @@ COUNT = 'cars_off_track'
 
 class WrongFile(Exception):
     """Something is missing from a file; the text says which."""
+
+
+class NotVaried(WrongFile):
+    """The study does not vary an input that is asked for."""
 
 
 def load(name):
@@ -60,6 +64,7 @@ class Results:
         except FileNotFoundError as e:
             raise WrongFile(f'{e.filename}: missing; `derail study` writes it') from None
         self.base = study['scenario']
+        self.outcomes = study['outcomes']
         self.factors = [f['key'] for f in study['factors']]
         self.failed = sum(r['ended'] == 'integration_failed' for r in rows)
         self.rows = [r for r in rows if r['ended'] != 'integration_failed']
@@ -77,7 +82,7 @@ class Results:
         """Rows of the point [input, scale]; of the base for []."""
         key, scale = place or (None, None)
         if key is not None and key not in self.factors:
-            raise WrongFile(f'{self.folder}: the study does not vary {key}')
+            raise NotVaried(f'{self.folder}: the study does not vary {key}')
 
         def wanted(row):
             for factor in self.factors:
@@ -93,6 +98,8 @@ class Results:
 
     def scales(self, key):
         """Scales of one input in rising order, without the base."""
+        if key not in self.factors:
+            raise NotVaried(f'{self.folder}: the study does not vary {key}')
         base = float(self.base[key])
         return sorted({round(float(r[key]) / base, 6) for r in self.rows} - {1.0})
 
@@ -160,28 +167,32 @@ def rank(arguments):
 
 
 def candidates(arguments):
-    numbers = load('paper_numbers.yaml')
-    tests = [n for n in numbers['numbers'] if n.get('test')]
     for candidate in load('search.yaml')['candidates']:
         out = os.path.join(arguments.folders[0], candidate['name'])
         derail_study(arguments, 'reproduction_cases.yaml', out, candidate['set'])
-        results = Results(out)
-        for closing in CLOSINGS:
+    compare(arguments)
+
+
+def compare(arguments):
+    tests = [n for n in load('paper_numbers.yaml')['numbers'] if n.get('test')]
+    speeds = [['initial.speed', 0.5], [], ['initial.speed', 1.5]]
+    frictions = [[f'ground.{where}_track_friction', scale] for where in ('on', 'off') for scale in (0.5, 1.5)]
+    print('| set | closing taken from | cars | closing, mph | peak force, kip | closing at on-track, off-track friction -50, +50 % | met | misfit |')
+    print('|---|---|---|---|---|---|---|---|')
+    for candidate in load('search.yaml')['candidates']:
+        results = Results(os.path.join(arguments.folders[0], candidate['name']))
+        for closing in (c for c in CLOSINGS if c in results.outcomes):
             reading = {'count': COUNT, 'closing': closing, 'force': FORCE}
-            verdicts = [evaluate(results, n, reading) for n in tests]
-            at = [['initial.speed', 0.5], [], ['initial.speed', 1.5]]
-            names = (COUNT, closing, FORCE)
-            n, c, f = (np.array([np.median(results.column(q, results.at(p))) for p in at]) for q in names)
-            closings = [
-                np.median(results.column(closing, results.at([key, scale])))
-                for key in ('ground.on_track_friction', 'ground.off_track_friction')
-                for scale in (0.5, 1.5)
-            ]
-            print(
-                f"{candidate['name']} {closing}: {sum(v.met for v in verdicts)} of {len(tests)}, "
-                f'misfit {float(misfit(n, c, f)):.2f} | {n.round(1)} | {c.round(1)} | {f.round(0)} | '
-                f'closing at mu_on, mu_off -50, +50 %: {(100 * (np.array(closings) / c[1] - 1)).round(0)} %'
-            )
+            met = sum(evaluate(results, n, reading).met for n in tests)
+
+            def medians(name, places, results=results):
+                return np.array([np.median(results.column(name, results.at(p))) for p in places])
+
+            n, c, f = (medians(name, speeds) for name in (COUNT, closing, FORCE))
+            changes = 100.0 * (medians(closing, frictions) / c[1] - 1.0)
+            cells = [' / '.join(number(v) for v in group) for group in (n, c, f, changes)]
+            title = results.columns[closing]['title']
+            print(f"| {candidate['name']} | {title} | {' | '.join(cells)} % | {met} of {len(tests)} | {number(float(misfit(n, c, f)))} |")
 
 
 class Verdict:
@@ -237,6 +248,9 @@ def evaluate(results, entry, reading):
     def median(place):
         return float(np.median(values(place)))
 
+    def changes(key):
+        return [100.0 * (median([key, s]) / median([]) - 1.0) for s in results.scales(key)]
+
     if kind == 'value':
         return Verdict(span(values(entry['of']), unit), within(median(entry['of']), entry['band']))
     if kind in ('ratio', 'change'):
@@ -248,14 +262,11 @@ def evaluate(results, entry, reading):
         percent = ' %' if kind == 'change' else ''
         text = f'{number(ratio)} ({number(spread[0])} to {number(spread[1])}){percent}'
         return Verdict(text, within(ratio, entry['band']))
-    if kind in ('most', 'first'):
-        reach = {}
-        for key in results.factors:
-            changes = [100.0 * (median([key, s]) / median([]) - 1.0) for s in results.scales(key)]
-            reach[key] = max(changes, key=abs) if kind == 'most' else max([*changes, 0.0]) - min([*changes, 0.0])
-        if kind == 'most':
-            most = reach[entry['inputs'][0]]
-            return Verdict(f'{number(most)} %', within(abs(most), entry['band']))
+    if kind == 'most':
+        most = max(changes(entry['inputs'][0]), key=abs)
+        return Verdict(f'{number(most)} %', within(abs(most), entry['band']))
+    if kind == 'first':
+        reach = {key: np.ptp([0.0, *changes(key)]) for key in load('paper_numbers.yaml')['inputs']}
         first, second = sorted(reach, key=reach.get, reverse=True)[:2]
         text = f'{first}: {number(reach[first])} % from end to end; next {second}: {number(reach[second])} %'
         return Verdict(text, first == entry['inputs'][0])
@@ -267,7 +278,7 @@ def evaluate(results, entry, reading):
         )
         return Verdict(text, bool(sign * change >= max(entry['least'], 2.0 * error)))
     if kind == 'half':
-        share = results.column(quantity) / results.column('initial.speed')
+        share = results.column(quantity) / results.column('initial.speed')  # both in mph
         return Verdict(span(share), within(float(np.median(share)), entry['band']))
     if kind == 'pairs':
         sample = values([])
@@ -278,6 +289,14 @@ def evaluate(results, entry, reading):
             within(entry['paper'][1] / entry['paper'][0], [low, high]),
         )
     raise WrongFile(f"paper_numbers.yaml: kind {kind!r} of {entry['id']} is not known")
+
+
+def verdict(results, entry, reading):
+    """As evaluate; where the study leaves an input out, it says so."""
+    try:
+        return evaluate(results, entry, reading)
+    except NotVaried:
+        return Verdict('not run', None)
 
 
 def agreeing(sample, tolerance):
@@ -300,7 +319,7 @@ def table(arguments):
     print('|---' * (5 + 2 * len(names)) + '|')
     met = [[] for _ in names]
     for entry in numbers['numbers']:
-        verdicts = [evaluate(r, entry, reading) for r in everything]
+        verdicts = [verdict(r, entry, reading) for r in everything]
         cells = ' | '.join(f'{v.text} | {WORDS[v.met]}' for v in verdicts)
         band = entry.get('band')
         limits = ''
@@ -326,7 +345,7 @@ def spread(arguments):
     results = Results(arguments.folders[0])
     print('| at the baseline | median (5 to 95 %) | coefficient of variation | pairs of runs within 2 % | within 10 % |')
     print('|---|---|---|---|---|')
-    for name in (*COUNTS, *CLOSINGS, *FORCES):
+    for name in results.outcomes:
         c, sample = results.columns[name], results.column(name, results.at([]))
         print(
             f"| {c['title']} | {span(sample, c['shown_unit'])} | {100 * sample.std(ddof=1) / sample.mean():.0f} % "
@@ -376,7 +395,7 @@ def fill(arguments):
         file.write(page)
 
 
-COMMANDS = {f.__name__: f for f in (search, rank, candidates, table, spread, sobol, fill)}
+COMMANDS = {f.__name__: f for f in (search, rank, candidates, compare, table, spread, sobol, fill)}
 
 
 def parser():
