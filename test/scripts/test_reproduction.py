@@ -74,12 +74,20 @@ class Reproduction(PlotTest):
         entry = {'quantity': 'closing', 'kind': 'half'}
         self.assertTrue(self.evaluate(**entry, band=[half - 1e-6, half + 1e-6]).met)
 
-    def test_speed_moves_closing_most_and_upwards(self):
-        entry = {'quantity': 'closing', 'least': 0.5}
-        self.assertTrue(self.evaluate(**entry, kind='first', inputs=['initial.speed']).met)
-        self.assertFalse(self.evaluate(**entry, kind='first', inputs=['initial.yaw_rate']).met)
-        self.assertTrue(self.evaluate(**entry, kind='rising', inputs=['initial.speed']).met)
-        self.assertFalse(self.evaluate(**entry, kind='falling', inputs=['initial.speed']).met)
+    def test_trends_and_the_input_that_matters_most(self):
+        base = self.median('relative_speed_max', MPH)
+        reach = {}
+        for key in self.results.factors:
+            ends = [self.median('relative_speed_max', MPH, **{key: scale}) for scale in (0.5, 1.5)]
+            reach[key] = max(base, *ends) - min(base, *ends)
+        first = max(reach, key=reach.get)
+        for key in self.results.factors:
+            found = self.evaluate(quantity='closing', kind='first', inputs=[key])
+            self.assertEqual(found.met, key == first, found.text)
+        entry = {'quantity': 'closing', 'inputs': ['initial.speed'], 'least': 0.5}
+        self.assertTrue(self.evaluate(**entry, kind='rising').met)
+        self.assertFalse(self.evaluate(**entry, kind='falling').met)
+        self.assertFalse(self.evaluate(**{**entry, 'least': 1e3}, kind='rising').met)
 
     def test_pairs_that_agree(self):
         self.assertEqual(reproduction.agreeing(np.array([1.0, 1.0, 1.0]), 0.0), 1.0)
