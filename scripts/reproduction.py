@@ -1,14 +1,14 @@
 #!/usr/bin/python3
-"""Compares studies with the numbers of Jeong, Lyons, Orringer and Perlman (2007), and searches for what they leave unsaid.
+"""Compares studies with the numbers of Jeong, Lyons, Orringer and Perlman (2007); searches for what they leave unsaid.
 
-  reproduction.py search DIR [--derail derail]   runs the search into DIR and ranks its samples
-  reproduction.py rank DIR                        ranks the samples in DIR again
-  reproduction.py candidates DIR [--derail derail]  runs the candidates of search.yaml into DIR and compares their medians
-  reproduction.py compare DIR                     Markdown: that comparison alone
-  reproduction.py table DIR [DIR ...]             Markdown: the paper's statements, one column of ours a folder of paper_sensitivity
-  reproduction.py spread DIR                      Markdown: how wide single runs are at the baseline
-  reproduction.py sobol DIR                       Markdown: the indices of config/studies/monte_carlo.yaml
-  reproduction.py fill DIR                        writes these tables anew into docs/reproduction.md; its folders lie in DIR
+  reproduction.py search DIR       runs the search into DIR and ranks its samples
+  reproduction.py rank DIR         ranks the samples in DIR again
+  reproduction.py candidates DIR   runs the candidates of search.yaml into DIR and compares their medians
+  reproduction.py compare DIR      Markdown: that comparison alone
+  reproduction.py table DIR ...    Markdown: the paper's statements, a column of ours for each folder of a study
+  reproduction.py spread DIR       Markdown: how wide single runs are at the baseline
+  reproduction.py sobol DIR        Markdown: the indices of config/studies/monte_carlo.yaml
+  reproduction.py fill DIR         writes these tables anew into docs/reproduction.md; its folders lie in DIR
 
 Reads config/reproduction/paper_numbers.yaml and search.yaml. Medians of ensembles are compared, never single runs.
 Exit codes: 0 done, 1 a study failed, 2 something is wrong with a file.
@@ -177,7 +177,10 @@ def compare(arguments):
     tests = [n for n in load('paper_numbers.yaml')['numbers'] if n.get('test')]
     speeds = [['initial.speed', 0.5], [], ['initial.speed', 1.5]]
     frictions = [[f'ground.{where}_track_friction', scale] for where in ('on', 'off') for scale in (0.5, 1.5)]
-    print('| set | closing taken from | cars | closing, mph | peak force, kip | closing at on-track, off-track friction -50, +50 % | met | misfit |')
+    print(
+        '| set | closing taken from | cars | closing, mph | peak force, kip '
+        '| closing at on-track, off-track friction -50, +50 % | met | misfit |'
+    )
     print('|---|---|---|---|---|---|---|---|')
     for candidate in load('search.yaml')['candidates']:
         results = Results(os.path.join(arguments.folders[0], candidate['name']))
@@ -192,7 +195,8 @@ def compare(arguments):
             changes = 100.0 * (medians(closing, frictions) / c[1] - 1.0)
             cells = [' / '.join(number(v) for v in group) for group in (n, c, f, changes)]
             title = results.columns[closing]['title']
-            print(f"| {candidate['name']} | {title} | {' | '.join(cells)} % | {met} of {len(tests)} | {number(float(misfit(n, c, f)))} |")
+            score = number(float(misfit(n, c, f)))
+            print(f"| {candidate['name']} | {title} | {' | '.join(cells)} % | {met} of {len(tests)} | {score} |")
 
 
 class Verdict:
