@@ -340,14 +340,18 @@ def table(arguments):
         known = [m for _, m in list_ if m is not None]
         runs = len(results.rows)
         print(
-            f'{name}: {sum(tests)} of {len(tests)} numbers of the agreed band (bold), {sum(known)} of {len(known)} rows met; '
+            f'{name}: {sum(tests)} of {len(tests)} numbers of the agreed band (bold), '
+            f'{sum(known)} of {len(known)} rows met; '
             f'{runs} runs, {len(results.at([]))} at the baseline, {results.failed} failed.'
         )
 
 
 def spread(arguments):
     results = Results(arguments.folders[0])
-    print('| at the baseline | median (5 to 95 %) | coefficient of variation | pairs of runs within 2 % | within 10 % |')
+    print(
+        '| at the baseline | median (5 to 95 %) | coefficient of variation '
+        '| pairs of runs within 2 % | within 10 % |'
+    )
     print('|---|---|---|---|---|')
     for name in results.outcomes:
         c, sample = results.columns[name], results.column(name, results.at([]))
