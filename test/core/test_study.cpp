@@ -334,13 +334,14 @@ TEST_F(StudyTest, SobolIndicesOfIshigami) {
 }
 
 TEST_F(StudyTest, TheBaseScenarioCanBeChangedFromOutside) {
-  const study::Study s = study::read_study_file((folder_ / "study.yaml").string(), {inputs::parse_override("ground.off_track_friction=0.375")});
-  EXPECT_EQ(s.base.ground.off_track_friction, 0.375);
+  const std::string file = (folder_ / "study.yaml").string();
+  const study::Study s = study::read_study_file(file, {inputs::parse_override("ground.on_track_friction=0.175")});
+  EXPECT_EQ(s.base.ground.on_track_friction, 0.175);
   for (const study::Point& p : study::points(s)) {
-    EXPECT_EQ(study::scenario_of(s, p, study::run_of(s, 0)).ground.off_track_friction, 0.375);
+    EXPECT_EQ(study::scenario_of(s, p, study::run_of(s, 0)).ground.on_track_friction, 0.175);
   }
   EXPECT_NE(study::to_json(s), study::to_json(read())) << "its results belong to another folder";
-  EXPECT_THROW(study::read_study_file((folder_ / "study.yaml").string(), {inputs::parse_override("ground.mu=1")}), inputs::InputError);
+  EXPECT_THROW(study::read_study_file(file, {inputs::parse_override("ground.mu=1")}), inputs::InputError);
 }
 
 TEST(Studies, ThoseThatShipAreValid) {
