@@ -37,7 +37,7 @@ class Collector {
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>& items, F describe_it, const char*) {
+  void list(const char* key, const std::vector<G>& items, F describe_it, const char*, bool) {
     for (std::size_t i = 0; i < items.size(); ++i) {
       Collector child(out_, fmt::format("{}{}[{}].", prefix_, key, i));
       describe_it(child, items[i]);
@@ -91,7 +91,7 @@ class Setter {
     descend(prefix_ + key + ".", g, describe_it);
   }
   template <class G, class F>
-  void list(const char* key, std::vector<G>& items, F describe_it, const char*) {
+  void list(const char* key, std::vector<G>& items, F describe_it, const char*, bool) {
     for (std::size_t i = 0; i < items.size(); ++i) descend(fmt::format("{}{}[{}].", prefix_, key, i), items[i], describe_it);
   }
 

@@ -108,8 +108,9 @@ class TreeReader {
   }
 
   template <class G, class F>
-  void list(const char* key, std::vector<G>& items, F describe_it, const char*) {
-    const YAML::Node n = find(key, true, "a list of groups");
+  void list(const char* key, std::vector<G>& items, F describe_it, const char*, bool required) {
+    const YAML::Node n = find(key, required, "a list of groups");
+    if (!n) return;
     if (!n.IsSequence()) fail(key, n, "not a list", "a list of groups, each starting with '- '");
     items.clear();
     for (std::size_t i = 0; i < n.size(); ++i) {

@@ -13,6 +13,13 @@ namespace {
   throw InputError("scenario", key, value, problem, allowed);
 }
 
+std::string method_name(Method method) {
+  for (const auto& [name, m] : kMethods) {
+    if (m == method) return std::string(name);
+  }
+  return "";
+}
+
 class Checker {
  public:
   explicit Checker(std::string prefix) : prefix_(std::move(prefix)) {}
@@ -41,8 +48,8 @@ class Checker {
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>& items, F describe_it, const char*) {
-    if (items.empty()) refuse(prefix_ + key, "", "empty train", "at least one block of cars");
+  void list(const char* key, const std::vector<G>& items, F describe_it, const char*, bool required) {
+    if (required && items.empty()) refuse(prefix_ + key, "", "empty train", "at least one block of cars");
     for (std::size_t i = 0; i < items.size(); ++i) {
       Checker child(fmt::format("{}{}[{}].", prefix_, key, i));
       describe_it(child, items[i]);
@@ -52,6 +59,45 @@ class Checker {
  private:
   std::string prefix_;
 };
+
+void check_parts(const Scenario& s) {
+  const std::string part = first_part_beyond_the_paper(s);
+  if (!part.empty() && s.solver.method != Method::semi_implicit) {
+    refuse("solver.method", method_name(s.solver.method), fmt::format("{} makes the motion not smooth", part), "semi_implicit");
+  }
+  if (s.solver.method == Method::semi_implicit) {
+    if (!s.solver.fixed_step) refuse("solver.fixed_step", "", "missing: semi_implicit has no error control", "(0, 1] s");
+    if (s.ground.on_track_law == OnTrackLaw::guided) {
+      refuse("ground.on_track_law", "guided", "constraints are for the other methods", "rails, isotropic, along_track");
+    }
+  }
+  const bool rails = s.ground.on_track_law == OnTrackLaw::rails;
+  const auto needs_rails = [&](bool used, const char* key, const std::string& value) {
+    if (used && !rails) refuse(key, value, "needs rails", "ground.on_track_law: rails, or leave it out");
+  };
+  needs_rails(s.brakes.law == BrakeLaw::air, "brakes.law", "air");
+  needs_rails(s.track.grade != 0.0, "track.grade", fmt::format("{}", s.track.grade));
+  needs_rails(!s.track.curves.empty(), "track.curves", fmt::format("{} curves", s.track.curves.size()));
+  needs_rails(s.initial.cars_ahead > 0, "initial.cars_ahead", fmt::format("{}", s.initial.cars_ahead));
+  needs_rails(s.initial.perturbation.kick > 0.0, "initial.perturbation.kick", fmt::format("{}", s.initial.perturbation.kick));
+  needs_rails(s.initial.perturbation.alignment > 0.0, "initial.perturbation.alignment",
+              fmt::format("{}", s.initial.perturbation.alignment));
+  for (std::size_t i = 1; i < s.track.curves.size(); ++i) {
+    const double end = s.track.curves[i - 1].start + s.track.curves[i - 1].length;
+    if (s.track.curves[i].start < end) {
+      refuse(fmt::format("track.curves[{}].start", i), fmt::format("{}", s.track.curves[i].start),
+             "begins before the curve before it ends", fmt::format(">= {} m", end));
+    }
+  }
+  for (std::size_t i = 0; i < s.ground.patches.size(); ++i) {
+    const GroundPatch& p = s.ground.patches[i];
+    const auto rises = [&](const char* name, double from, double to) {
+      if (!(from < to)) refuse(fmt::format("ground.patches[{}].{}", i, name), fmt::format("{}", to), "empty patch", fmt::format("> {} m", from));
+    };
+    rises("x_to", p.x_from, p.x_to);
+    rises("y_to", p.y_from, p.y_to);
+  }
+}
 
 void check_across(const Scenario& s) {
   int cars = 0;
@@ -76,10 +122,15 @@ void check_across(const Scenario& s) {
              fmt::format("at most {} in all", kCarsMax));
     }
   }
+  if (s.initial.cars_ahead >= cars) {
+    refuse("initial.cars_ahead", fmt::format("{}", s.initial.cars_ahead), "leaves no car to derail",
+           fmt::format("0 to {}", cars - 1));
+  }
   if (s.coupler.slack >= 2.0 * s.coupler.length) {
     refuse("coupler.slack", fmt::format("{}", s.coupler.slack), "as long as the coupler itself",
            fmt::format("[0, {}) m", 2.0 * s.coupler.length));
   }
+  check_parts(s);
   if (s.solver.fixed_step && s.solver.method == Method::bdf) {
     refuse("solver.fixed_step", fmt::format("{}", *s.solver.fixed_step), "bdf chooses its own steps",
            "leave it out, or solver.method cash_karp or dormand_prince");
@@ -87,6 +138,20 @@ void check_across(const Scenario& s) {
 }
 
 }  // namespace
+
+std::string first_part_beyond_the_paper(const Scenario& s) {
+  if (s.ground.on_track_law == OnTrackLaw::rails) return "ground.on_track_law: rails";
+  if (s.ground.off_track_law == OffTrackLaw::by_slip) return "ground.off_track_law: by_slip";
+  if (!s.ground.patches.empty()) return "ground.patches";
+  if (s.brakes.law == BrakeLaw::air) return "brakes.law: air";
+  if (s.contact.law != ContactLaw::none) return "contact.law";
+  if (s.coupler.draft_gear_travel > 0.0) return "coupler.draft_gear_travel";
+  if (s.coupler.damping_ratio > 0.0) return "coupler.damping_ratio";
+  if (s.coupler.break_draft < kInfinity) return "coupler.break_draft";
+  if (s.coupler.break_swing < kInfinity) return "coupler.break_swing";
+  if (s.coupler.break_moment < kInfinity) return "coupler.break_moment";
+  return "";
+}
 
 void validate(const Scenario& scenario) {
   Checker checker("");

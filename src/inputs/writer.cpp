@@ -46,8 +46,8 @@ class Writer {
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>& items, F describe_it, const char*) {
-    line(key, "");
+  void list(const char* key, const std::vector<G>& items, F describe_it, const char*, bool) {
+    line(key, items.empty() ? "[]" : "");
     for (const G& item : items) {
       Writer child(out_, indent_ + "    ", indent_ + "  - ");
       describe_it(child, item);
@@ -105,7 +105,7 @@ class Lister {
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>&, F describe_it, const char*) {
+  void list(const char* key, const std::vector<G>&, F describe_it, const char*, bool) {
     Lister child(out_, fmt::format("{}{}[i].", prefix_, key));
     const G defaults;
     describe_it(child, defaults);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/normal_distribution.hpp>
 #include <fmt/format.h>
 #include <unsupported/Eigen/AutoDiff>
 
@@ -38,11 +36,8 @@ std::vector<std::string> DerailmentModel::instruction_sets(Eigen::Index cars) {
 }
 
 DerailmentModel::DerailmentModel(const inputs::Scenario& scenario, const std::string& instruction_set)
-    : cars_(expand(scenario.consist)),
-      coupler_(scenario.coupler),
+    : TrainModel(scenario),
       cos_limit_(std::cos(scenario.coupler.swing_limit)),
-      ground_(scenario.ground),
-      initial_(scenario.initial),
       derailed_(cars_.size(), false),
       kernels_(nullptr) {
   const Eigen::Index n = car_count();
@@ -55,16 +50,12 @@ DerailmentModel::DerailmentModel(const inputs::Scenario& scenario, const std::st
     throw std::invalid_argument(fmt::format("instruction set '{}' for {} cars: this processor has {}", instruction_set,
                                             n, fmt::join(instruction_sets(n), ", ")));
   }
-  for (auto* array : {&mass_, &inertia_, &half_length_, &half_spacing_, &load_, &lateral_, &past_pod_, &inverse_mass_,
+  for (auto* array : {&load_, &lateral_, &past_pod_, &inverse_mass_,
                       &inverse_mass_y_, &inverse_inertia_, &cos_, &sin_}) {
     array->resize(n);
   }
   for (auto* array : {&force_x_, &force_y_, &moment_lead_, &moment_trail_}) *array = Eigen::ArrayXd::Zero(n + 1);
   for (Eigen::Index k = 0; k < n; ++k) {
-    mass_[k] = at(k).mass;
-    inertia_[k] = at(k).yaw_inertia;
-    half_length_[k] = 0.5 * at(k).length;
-    half_spacing_[k] = 0.5 * at(k).truck_spacing;
     lay(k);
   }
   if (n > 0) derail(0);
@@ -86,26 +77,6 @@ void DerailmentModel::lay(Eigen::Index car) {
 void DerailmentModel::derail(Eigen::Index car) {
   derailed_[static_cast<std::size_t>(car)] = true;
   lay(car);
-}
-
-StateVector DerailmentModel::initial_state() const {
-  const Eigen::Index n = car_count();
-  StateVector state = StateVector::Zero(size());
-  MotionMap m = motion(state.data(), n);
-  const inputs::Perturbation& p = initial_.perturbation;
-  boost::random::mt19937_64 generator(static_cast<std::uint64_t>(p.seed));
-  boost::random::normal_distribution<double> normal;
-  double x = 0.0;
-  for (Eigen::Index k = 0; k < n; ++k) {
-    if (k > 0) x -= half_length_[k - 1] + half_length_[k] + coupler_.length;  // eq. (15)
-    m(k, X) = k > 0 && p.spacing > 0.0 ? x - p.spacing * std::abs(normal(generator)) : x;
-    m(k, VX) = initial_.speed;  // eq. (16)
-  }
-  if (n > 0) {
-    m(0, OMEGA) = initial_.yaw_rate;  // eq. (17)
-    if (p.yaw_rate > 0.0) m(0, OMEGA) *= 1.0 + p.yaw_rate * normal(generator);
-  }
-  return state;
 }
 
 CarArrays DerailmentModel::arrays() const {
@@ -188,44 +159,11 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
   }
 }
 
-CouplerState<double> DerailmentModel::coupler(const double* y, Eigen::Index i) const {
-  const ConstMotionMap q = motion(y, car_count());
-  const Eigen::Vector2d d = rear_pin(y, i).position - front_pin(y, i + 1).position;
-  return coupler_state<double>(coupler_, d.x(), d.y(), std::cos(q(i, THETA)), std::sin(q(i, THETA)),
-                               std::cos(q(i + 1, THETA)), std::sin(q(i + 1, THETA)));
-}
-
-CarMotion DerailmentModel::car_motion(const double* y, Eigen::Index car) const {
-  const ConstMotionMap q = motion(y, car_count());
-  return {{q(car, X), q(car, Y)},
-          {std::cos(q(car, THETA)), std::sin(q(car, THETA))},
-          {q(car, VX), q(car, VY)},
-          q(car, OMEGA)};
-}
-
 EnergyLedger DerailmentModel::energy(const double* y) const {
-  const Eigen::Index n = car_count();
-  const ConstMotionMap q = motion(y, n);
-  EnergyLedger e;
-  e.kinetic_translation = 0.5 * (mass_ * (q.col(VX).square() + q.col(VY).square())).sum();
-  e.kinetic_rotation = 0.5 * (inertia_ * q.col(OMEGA).square()).sum();
-  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
-    const CouplerState<double> b = coupler(y, i);
-    e.coupler_axial += axial_energy(coupler_, b.gap);
-    e.coupler_swing += swing_energy(coupler_, b.swing_lead) + swing_energy(coupler_, b.swing_trail);
-  }
-  e.work_on_track = work(y, n)[WORK_ON_TRACK];
-  e.work_off_track = work(y, n)[WORK_OFF_TRACK];
+  EnergyLedger e = mechanical_energy(y);
+  e.work_on_track = work(y, car_count())[WORK_ON_TRACK];
+  e.work_off_track = work(y, car_count())[WORK_OFF_TRACK];
   return e;
-}
-
-Momentum DerailmentModel::momentum(const double* y) const {
-  const ConstMotionMap q = motion(y, car_count());
-  Momentum p;
-  p.x = (mass_ * q.col(VX)).sum();
-  p.y = (mass_ * q.col(VY)).sum();
-  p.angular = (inertia_ * q.col(OMEGA) + mass_ * (q.col(X) * q.col(VY) - q.col(Y) * q.col(VX))).sum();
-  return p;
 }
 
 }  // namespace train_derail::model

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "train_derail/outcome/footprint.hpp"
+#include "train_derail/model/footprint.hpp"
 
 namespace train_derail::multibody {
 
@@ -20,7 +20,7 @@ Vector2d velocity(const CarMotion& c, const Vector2d& point) {
 }
 Vector2d velocity(const CarMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
 
-outcome::Footprint footprint(const model::Car& car, const CarMotion& c) {
+model::Footprint footprint(const model::Car& car, const CarMotion& c) {
   return {{c.x, c.y}, axis(c), 0.5 * car.length, 0.5 * car.width};
 }
 
@@ -80,7 +80,7 @@ void Observer::touches(double t, const std::vector<CarMotion>& motion) {
     for (std::size_t b = a + 1; b < train_.size(); ++b) {
       const double reach = 0.5 * (train_[a].length + train_[b].length + train_[a].width + train_[b].width);
       if (std::hypot(motion[a].x - motion[b].x, motion[a].y - motion[b].y) > reach) continue;
-      const auto contact = outcome::touch(footprint(train_[a], motion[a]), footprint(train_[b], motion[b]));
+      const auto contact = model::touch(footprint(train_[a], motion[a]), footprint(train_[b], motion[b]));
       if (!contact) continue;
       now.emplace(a, b);
       if (touching_.count({a, b}) > 0) continue;
@@ -110,7 +110,7 @@ void Observer::report(const std::vector<CarMotion>& motion, const std::vector<ch
   Vector2d low = Vector2d::Constant(inputs::kInfinity), high = -low;
   for (std::size_t k = 0; k < train_.size(); ++k) {
     if (past[k] == 0 && off_track_[k] == 0) continue;
-    const outcome::Footprint f = footprint(train_[k], motion[k]);
+    const model::Footprint f = footprint(train_[k], motion[k]);
     const Vector2d reach(f.reach({1.0, 0.0}), f.reach({0.0, 1.0}));
     low = low.cwiseMin(f.centre - reach);
     high = high.cwiseMax(f.centre + reach);

@@ -2,6 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/multi_point.hpp>
+#include <boost/geometry/geometries/point_xy.hpp>
+#include <boost/geometry/geometries/polygon.hpp>
 
 namespace train_derail::outcome {
 
@@ -17,7 +23,7 @@ Eigen::Vector2d velocity_at(const model::CarMotion& car, const Eigen::Vector2d& 
 
 }  // namespace
 
-Monitor::Monitor(const model::DerailmentModel& model, const inputs::OutcomeRules& rules, double t,
+Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rules, double t,
                  const model::StateVector& y)
     : model_(model),
       rules_(rules),
@@ -54,6 +60,7 @@ void Monitor::extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap,
 }
 
 void Monitor::step(double t, const double* y) {
+  if (model_.incidents() != nullptr) return;  // it keeps its peaks itself
   model_.gaps(y, new_gap_, new_rate_);
   extend(extremes_, t, new_gap_, new_rate_);
   gap_.swap(new_gap_);
@@ -61,7 +68,7 @@ void Monitor::step(double t, const double* y) {
   step_time_ = t;
 }
 
-Footprint Monitor::footprint(Eigen::Index car, const model::CarMotion& motion) const {
+model::Footprint Monitor::footprint(Eigen::Index car, const model::CarMotion& motion) const {
   const model::Car& c = model_.cars()[static_cast<std::size_t>(car)];
   return {motion.centre, motion.axis, 0.5 * c.length, 0.5 * c.width};
 }
@@ -76,7 +83,7 @@ void Monitor::sample(double t, const double* y) {
     footprints_[i] = footprint(k, motion);
     const PointMotion front = motion.point(0.5 * car.truck_spacing), rear = motion.point(-0.5 * car.truck_spacing);
     truck_speed_max_ = std::max({truck_speed_max_, front.velocity.norm(), rear.velocity.norm()});
-    if (std::max(std::abs(front.position.y()), std::abs(rear.position.y())) > rules_.off_track_threshold) {
+    if (std::max(std::abs(model_.off_centre(front.position)), std::abs(model_.off_centre(rear.position))) > rules_.off_track_threshold) {
       off_track_[i] = true;
     }
     if (k == 0) continue;
@@ -87,11 +94,24 @@ void Monitor::sample(double t, const double* y) {
     const double centres = (lead.velocity - motion.velocity).norm();
     if (centres > centres_.speed) centres_ = {centres, static_cast<int>(k), t};
   }
-  sample_touches(t);
+  const model::Incidents* incidents = model_.incidents();
+  if (incidents == nullptr || incidents->impacts.empty()) {
+    sample_touches(t);
+    return;
+  }
+  for (; impacts_seen_ < incidents->impacts.size(); ++impacts_seen_) {
+    const model::Impact& i = incidents->impacts[impacts_seen_];
+    note({i.closing_speed, i.closing_normal, static_cast<int>(i.car_a) + 1, static_cast<int>(i.car_b) + 1, i.time, i.x, i.y});
+  }
+}
+
+void Monitor::note(const Closing& touch) {
+  touches_.push_back(touch);
+  if (touch.speed > closing_.speed) closing_ = touch;
 }
 
 void Monitor::sample_touches(double t) {
-  const auto at = [this](Eigen::Index k) -> const Footprint& { return footprints_[static_cast<std::size_t>(k)]; };
+  const auto at = [this](Eigen::Index k) -> const model::Footprint& { return footprints_[static_cast<std::size_t>(k)]; };
   // Sweep along x; the order hardly changes from sample to sample.
   const Eigen::Vector2d ex(1.0, 0.0), ey(0.0, 1.0);
   const auto rearmost = [&](Eigen::Index k) { return at(k).centre.x() - at(k).reach(ex); };
@@ -107,7 +127,7 @@ void Monitor::sample_touches(double t) {
     for (std::size_t j = i + 1; j < by_x_.size() && rearmost(by_x_[j]) <= end; ++j) {
       const auto [a, b] = std::minmax(by_x_[i], by_x_[j]);
       if (std::abs(at(a).centre.y() - at(b).centre.y()) > at(a).reach(ey) + at(b).reach(ey)) continue;
-      const auto contact = touch(at(a), at(b));
+      const auto contact = model::touch(at(a), at(b));
       if (!contact) continue;
       now.emplace_back(a, b);
       if (std::binary_search(touching_.begin(), touching_.end(), now.back())) continue;
@@ -115,35 +135,72 @@ void Monitor::sample_touches(double t) {
         return velocity_at(cars_[static_cast<std::size_t>(k)], contact->point);
       };
       const Eigen::Vector2d v = velocity(a) - velocity(b);
-      touches_.push_back({v.norm(), -v.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
-                          contact->point.x(), contact->point.y()});
-      if (touches_.back().speed > closing_.speed) closing_ = touches_.back();
+      note({v.norm(), -v.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
+            contact->point.x(), contact->point.y()});
     }
   }
   std::sort(now.begin(), now.end());
   touching_.swap(now);
 }
 
-void Monitor::report(double t, const double* y, Outcome& o) const {
-  o.cars = static_cast<int>(model_.car_count());
-  o.cars_past_pod = o.cars_off_track = 0;
-  double x_min = inputs::kInfinity, x_max = -inputs::kInfinity, y_min = inputs::kInfinity, y_max = -inputs::kInfinity;
+PileUp Monitor::pile_up(const double* y) const {
+  namespace bg = boost::geometry;
+  using Point = bg::model::d2::point_xy<double>;
+  bg::model::multi_point<Point> corners;
+  PileUp p;
+  bool beside = false;
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-    o.cars_past_pod += model_.derailed(k) ? 1 : 0;
-    o.cars_off_track += off_track(k) ? 1 : 0;
-    if (!model_.derailed(k) && !off_track(k)) continue;
-    const Footprint f = footprint(k, model_.car_motion(y, k));
-    const double rx = f.reach({1.0, 0.0}), ry = f.reach({0.0, 1.0});
-    x_min = std::min(x_min, f.centre.x() - rx);
-    x_max = std::max(x_max, f.centre.x() + rx);
-    y_min = std::min(y_min, f.centre.y() - ry);
-    y_max = std::max(y_max, f.centre.y() + ry);
+    const bool counted = model_.derailed(k) || off_track(k);
+    if (counted && !beside) ++p.groups;
+    beside = counted;
+    if (!counted) continue;
+    const model::Footprint f = footprint(k, model_.car_motion(y, k));
+    if (std::abs(f.axis.x()) < 0.5) ++p.cars_across;
+    for (const double i : {-1.0, 1.0}) {
+      for (const double j : {-1.0, 1.0}) {
+        const Eigen::Vector2d c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
+        bg::append(corners, Point(c.x(), c.y()));
+      }
+    }
   }
-  o.pile_up = x_max > x_min ? PileUp{x_max - x_min, y_max - y_min} : PileUp{};
-  o.closing_speed_max = closing_;
-  o.touches = static_cast<int>(touches_.size());
-  o.relative_speed_max = relative_;
-  o.centre_speed_max = centres_;
+  if (bg::is_empty(corners)) return p;
+  const auto box = bg::return_envelope<bg::model::box<Point>>(corners);
+  p.length = box.max_corner().x() - box.min_corner().x();
+  p.width = box.max_corner().y() - box.min_corner().y();
+  bg::model::polygon<Point> hull;
+  bg::convex_hull(corners, hull);
+  p.area = bg::area(hull);
+  return p;
+}
+
+void Monitor::report_incidents(const model::Incidents& incidents, Outcome& o) const {
+  std::set<Eigen::Index> seen;
+  for (const model::Derailment& d : incidents.derailments) {
+    if (!seen.insert(d.car).second) continue;
+    switch (d.cause) {
+      case model::Cause::pod: ++o.derailed_by.pod; break;
+      case model::Cause::lateral: ++o.derailed_by.lateral; break;
+      case model::Cause::torn_track: ++o.derailed_by.torn_track; break;
+      case model::Cause::none: break;
+    }
+  }
+  o.couplers_broken = static_cast<int>(incidents.broken.size());
+  for (const model::Impact& i : incidents.impacts) {
+    if (i.closing_normal < kImpactSpeedMin) continue;
+    ++o.impacts.count;
+    o.impacts.closing_normal_max = std::max(o.impacts.closing_normal_max, i.closing_normal);
+    o.impacts.peak_force = std::max(o.impacts.peak_force, i.peak_force);
+    o.impacts.impulse_max = std::max(o.impacts.impulse_max, i.impulse);
+  }
+  o.blockage_force = incidents.blockage_time > 0.0 ? incidents.blockage_impulse / incidents.blockage_time : 0.0;
+  const auto peak = [](const model::Peak& p) {
+    return p.coupler < 0 ? PeakForce{} : PeakForce{p.force, static_cast<int>(p.coupler) + 1, p.time};
+  };
+  o.coupler_buff_peak = peak(incidents.buff);
+  o.coupler_draft_peak = peak(incidents.draft);
+}
+
+void Monitor::report_peaks(double t, const double* y, Outcome& o) const {
   const auto peak = [this](const GapExtreme& e, double sign) {
     const double force = e.coupler < 0 ? 0.0 : sign * model::axial_force(model_.coupler_law(), e.gap);
     return force > 0.0 ? PeakForce{force, static_cast<int>(e.coupler) + 1, e.time} : PeakForce{};
@@ -154,6 +211,23 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
   extend(extremes, t, gap, rate);
   o.coupler_buff_peak = peak(extremes.closest, 1.0);
   o.coupler_draft_peak = peak(extremes.widest, -1.0);
+}
+
+void Monitor::report(double t, const double* y, Outcome& o) const {
+  o.cars = static_cast<int>(model_.car_count());
+  o.cars_past_pod = o.cars_off_track = o.cars_derailed = 0;
+  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
+    o.cars_past_pod += model_.past_pod(k) ? 1 : 0;
+    o.cars_derailed += model_.derailed(k) ? 1 : 0;
+    o.cars_off_track += off_track(k) ? 1 : 0;
+  }
+  o.pile_up = pile_up(y);
+  o.closing_speed_max = closing_;
+  o.touches = static_cast<int>(touches_.size());
+  o.relative_speed_max = relative_;
+  o.centre_speed_max = centres_;
+  if (const model::Incidents* incidents = model_.incidents()) report_incidents(*incidents, o);
+  else report_peaks(t, y, o);
   o.stop_time = t;
   o.energy = model_.energy(y);
   o.energy_initial = energy_initial_;

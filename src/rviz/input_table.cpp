@@ -89,7 +89,7 @@ class Lister {
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>& items, F describe_it, const char*) {
+  void list(const char* key, const std::vector<G>& items, F describe_it, const char*, bool) {
     for (std::size_t i = 0; i < items.size(); ++i) {
       Lister child(table_, fmt::format("{}{}[{}].", prefix_, key, i));
       describe_it(child, items[i]);

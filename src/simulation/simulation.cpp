@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/model/derailment_model.hpp"
+#include "train_derail/model/extended_model.hpp"
 #include "train_derail/outcome/monitor.hpp"
 #include "train_derail/solver/integrator.hpp"
 
@@ -60,6 +62,95 @@ class TrainSystem final : public solver::OdeSystem {
   model::DerailmentModel& model_;
 };
 
+/// The extended model as the solver sees it.
+class SteppedTrain final : public solver::SteppedSystem {
+ public:
+  explicit SteppedTrain(model::ExtendedModel& model) : model_(model) {}
+
+  Eigen::Index size() const override { return model_.size(); }
+  Eigen::Index position_count() const override { return model::kCoordinates / 2 * model_.car_count(); }
+  void accelerations(double t, double h, const double* y, double* result) override { model_.accelerations(t, h, y, result); }
+  void settle(double t, double h, const double* before, double* y) override { model_.settle(t, h, before, y); }
+
+ private:
+  model::ExtendedModel& model_;
+};
+
+/// A model and what integrates it.
+class Motion {
+ public:
+  virtual ~Motion() = default;
+  virtual const model::TrainModel& model() const = 0;
+  virtual void start(const inputs::Solver& options, const model::StateVector& state) = 0;
+  solver::Integrator& integrator() { return *integrator_; }
+  /// What has to be done before the next step after one that ended with an event.
+  virtual void handle_event() {}
+
+ protected:
+  std::unique_ptr<solver::Integrator> integrator_;
+};
+
+/// The paper's model, smooth but for the passing of the point of derailment, which is located.
+class SmoothMotion final : public Motion {
+ public:
+  explicit SmoothMotion(const inputs::Scenario& scenario)
+      : guided_(scenario.ground.on_track_law == inputs::OnTrackLaw::guided), model_(scenario), system_(model_) {}
+
+  const model::TrainModel& model() const override { return model_; }
+
+  void start(const inputs::Solver& options, const model::StateVector& state) override {
+    // Cars that start at or past the point of derailment have derailed.
+    const auto q = model::motion(state.data(), model_.car_count());
+    for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
+      if (q(k, model::X) >= 0.0) {
+        model_.derail(k);
+      } else if (guided_ && (q(k, model::Y) != 0.0 || q(k, model::THETA) != 0.0 || q(k, model::VY) != 0.0 ||
+                             q(k, model::OMEGA) != 0.0)) {
+        throw std::invalid_argument(fmt::format("initial state: car {} is on the track, where the reading 'guided' wants "
+                                                "y, theta and their rates to be 0", k + 1));
+      }
+    }
+    integrator_ = solver::make_integrator(options, system_, 0.0, state);
+  }
+
+  /// The car whose crossing has been located, which may stand a rounding short of it, and any that is level with it.
+  void handle_event() override {
+    const double* y = integrator_->state().data();
+    const auto q = model::motion(y, model_.car_count());
+    Eigen::Index car = system_.foremost(y);
+    do {
+      model_.derail(car);
+      car = system_.foremost(y);
+    } while (car >= 0 && q(car, model::X) >= 0.0);
+    integrator_->restart();
+  }
+
+ private:
+  const bool guided_;
+  model::DerailmentModel model_;
+  TrainSystem system_;
+};
+
+class SteppedMotion final : public Motion {
+ public:
+  explicit SteppedMotion(const inputs::Scenario& scenario) : model_(scenario), system_(model_) {}
+
+  const model::TrainModel& model() const override { return model_; }
+  void start(const inputs::Solver& options, const model::StateVector& state) override {
+    model_.start(state.data());
+    integrator_ = solver::make_integrator(options, system_, 0.0, state);
+  }
+
+ private:
+  model::ExtendedModel model_;
+  SteppedTrain system_;
+};
+
+std::unique_ptr<Motion> make_motion(const inputs::Scenario& scenario) {
+  if (scenario.solver.method == inputs::Method::semi_implicit) return std::make_unique<SteppedMotion>(scenario);
+  return std::make_unique<SmoothMotion>(scenario);
+}
+
 inputs::Scenario checked(const inputs::Scenario& scenario) {
   inputs::validate(scenario);
   return scenario;
@@ -70,30 +161,20 @@ inputs::Scenario checked(const inputs::Scenario& scenario) {
 struct Simulation::Impl {
   Impl(const inputs::Scenario& s, const model::StateVector* initial)
       : scenario(checked(s)),
-        model(scenario),
-        system(model),
+        motion(make_motion(scenario)),
+        model(motion->model()),
         state(initial != nullptr ? *initial : model.initial_state()),
         monitor(model, scenario.outcome, 0.0, state) {
-    // Cars that start at or past the point of derailment have derailed.
-    const auto q = model::motion(state.data(), model.car_count());
-    for (Eigen::Index k = 0; k < model.car_count(); ++k) {
-      if (q(k, model::X) >= 0.0) {
-        model.derail(k);
-      } else if (scenario.ground.on_track_law == inputs::OnTrackLaw::guided &&
-                 (q(k, model::Y) != 0.0 || q(k, model::THETA) != 0.0 || q(k, model::VY) != 0.0 || q(k, model::OMEGA) != 0.0)) {
-        throw std::invalid_argument(fmt::format("initial state: car {} is on the track, where the reading 'guided' wants "
-                                                "y, theta and their rates to be 0", k + 1));
-      }
-    }
-    integrator = solver::make_integrator(scenario.solver, system, 0.0, state);
+    motion->start(scenario.solver, state);
+    integrator = &motion->integrator();
   }
 
   const inputs::Scenario scenario;
-  model::DerailmentModel model;
-  TrainSystem system;
+  const std::unique_ptr<Motion> motion;
+  const model::TrainModel& model;
   model::StateVector state;  // at time
   outcome::Monitor monitor;
-  std::unique_ptr<solver::Integrator> integrator;
+  solver::Integrator* integrator = nullptr;  // of motion
   double time = 0.0;
   std::int64_t next_sample = 0;
   bool pending = false;  // a car reaches the point of derailment at integrator->time()
@@ -130,8 +211,7 @@ struct Simulation::Impl {
     monitor.step(integrator->time(), integrator->state().data());
     if (pending) {
       pending = false;
-      derail_foremost();
-      integrator->restart();
+      motion->handle_event();
     }
     const solver::StepResult result = integrator->step();
     if (result.status == solver::StepStatus::failed) {
@@ -142,17 +222,6 @@ struct Simulation::Impl {
       return;
     }
     pending = result.status == solver::StepStatus::event;
-  }
-
-  /// The car whose crossing has been located, which may stand a rounding short of it, and any that is level with it.
-  void derail_foremost() {
-    const double* y = integrator->state().data();
-    const auto q = model::motion(y, model.car_count());
-    Eigen::Index car = system.foremost(y);
-    do {
-      model.derail(car);
-      car = system.foremost(y);
-    } while (car >= 0 && q(car, model::X) >= 0.0);
   }
 };
 
@@ -181,7 +250,7 @@ const model::StateVector& Simulation::state() const { return impl_->state; }
 
 Snapshot Simulation::snapshot() const {
   const double* y = impl_->state.data();
-  const model::DerailmentModel& m = impl_->model;
+  const model::TrainModel& m = impl_->model;
   const auto q = model::motion(y, m.car_count());
   Snapshot s;
   s.time = impl_->time;

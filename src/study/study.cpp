@@ -56,7 +56,7 @@ void describe_study(V& v, StudyEntry& s) {
     w.choice("distribution", f.distribution, kDistributions, "Of the random plans.");
     w.text("low", f.low, "Lower end; of normal the 5 % point.");
     w.text("high", f.high, "Upper end; of normal the 95 % point.");
-  }, "Inputs that vary.");
+  }, "Inputs that vary.", true);
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
   v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs a point.");

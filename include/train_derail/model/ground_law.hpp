@@ -1,7 +1,11 @@
 // Ground force at one truck centre (paper, eqs. 3-5): Coulomb friction mu W / 2 against the truck's velocity.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "train_derail/inputs/scenario.hpp"
 
 namespace train_derail::model {
 
@@ -18,6 +22,26 @@ GroundForce<T> friction(const T& load, const T& u, const T& v, double v_eps) {
   using std::sqrt;
   const T factor = -load / sqrt(T(u * u + v * v + v_eps * v_eps));
   return {T(factor * u), T(factor * v)};
+}
+
+/// Friction coefficient of a truck off the rails (law by_slip): a car that follows its own axis on the bed of the track drags
+/// little, one that slides across it or lies beside the track much. mu = mu_0 + (mu_1 - mu_0) max(S(|v_lat| / (r |v|)),
+/// C((|y| - half gauge) / far_distance)), S: smoothstep, C: clamped to [0, 1].
+/// `speed` of the truck [m/s] and its part across the car's axis; `offset` of the truck from the centre line [m].
+inline double slip_friction(const inputs::Ground& g, double speed, double across, double offset) {
+  constexpr double kHalfGauge = 0.5 * 1.435;  // m, standard gauge
+  const double slip = speed > 0.0 ? std::min(std::abs(across) / (g.slip_ratio * speed), 1.0) : 0.0;
+  const double far = std::clamp((std::abs(offset) - kHalfGauge) / g.far_distance, 0.0, 1.0);
+  return g.in_line_friction + (g.broadside_friction - g.in_line_friction) * std::max(slip * slip * (3.0 - 2.0 * slip), far);
+}
+
+/// Product of the factors of the patches that (x, y) lies on.
+inline double patch_factor(const std::vector<inputs::GroundPatch>& patches, double x, double y) {
+  double factor = 1.0;
+  for (const inputs::GroundPatch& p : patches) {
+    if (x >= p.x_from && x < p.x_to && y >= p.y_from && y < p.y_to) factor *= p.factor;
+  }
+  return factor;
 }
 
 }  // namespace train_derail::model

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "train_derail/model/derailment_model.hpp"
-#include "train_derail/outcome/footprint.hpp"
+#include "train_derail/model/train_model.hpp"
+#include "train_derail/model/footprint.hpp"
 #include "train_derail/outcome/outcome.hpp"
 
 namespace train_derail::outcome {
@@ -13,7 +13,7 @@ namespace train_derail::outcome {
 class Monitor {
  public:
   /// `model` must outlive the monitor; (t, y) is where the run starts.
-  Monitor(const model::DerailmentModel& model, const inputs::OutcomeRules& rules, double t, const model::StateVector& y);
+  Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rules, double t, const model::StateVector& y);
 
   /// One accepted step from where the last one ended to (t, y), once the run has reached t.
   void step(double t, const double* y);
@@ -44,10 +44,14 @@ class Monitor {
 
   /// Adds what happens from the end of the last step to time t, where gaps and rates are as given.
   void extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const;
-  Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
+  model::Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
   void sample_touches(double t);
+  void note(const Closing& touch);
+  PileUp pile_up(const double* y) const;
+  void report_peaks(double t, const double* y, Outcome& outcome) const;
+  void report_incidents(const model::Incidents& incidents, Outcome& outcome) const;
 
-  const model::DerailmentModel& model_;
+  const model::TrainModel& model_;
   const inputs::OutcomeRules rules_;
   double energy_initial_;
   double step_time_;
@@ -55,11 +59,12 @@ class Monitor {
   GapExtremes extremes_;
   std::vector<bool> off_track_;
   std::vector<model::CarMotion> cars_;  // of the last sample
-  std::vector<Footprint> footprints_;
+  std::vector<model::Footprint> footprints_;
   std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
   Closing closing_;
   std::vector<Closing> touches_;
+  std::size_t impacts_seen_ = 0;  // of the model's own record
   RelativeSpeed relative_, centres_;
   double truck_speed_max_ = 0.0;
 };

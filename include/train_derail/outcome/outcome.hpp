@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/energy_ledger.hpp"
 #include "train_derail/solver/integrator.hpp"
 
@@ -41,15 +42,34 @@ struct PeakForce {
   double time = 0.0;   // s
 };
 
-/// Extent of the footprints of the cars that are past the point of derailment or off the track.
+/// Extent of the footprints of the cars that have derailed or are off the track.
 struct PileUp {
   double length = 0.0;  // along x [m]
   double width = 0.0;   // along y [m]
+  double area = 0.0;    // of the convex hull [m^2]
+  int cars_across = 0;  // stand at more than 60 degrees to x
+  int groups = 0;       // of derailed cars next to each other in the train
+};
+
+/// Bodies that hit each other (contact.law); those that close at less than 1 mph are not counted.
+struct Impacts {
+  int count = 0;
+  double closing_normal_max = 0.0;  // speed at which the gap closed [m/s]
+  double peak_force = 0.0;          // normal [N]
+  double impulse_max = 0.0;         // [N s]
+};
+inline constexpr double kImpactSpeedMin = inputs::kMph;
+
+/// Cars by what took their first truck off the rails.
+struct DerailedBy {
+  int pod = 0, lateral = 0, torn_track = 0;
 };
 
 struct Outcome {
   int cars = 0;
   int cars_past_pod = 0;   // centre of mass has reached x >= 0 (the paper's definition in its text)
+  int cars_derailed = 0;   // a truck off the rails; where rails never yield, the cars past the point of derailment
+  DerailedBy derailed_by;  // rails that yield only
   int cars_off_track = 0;  // a truck centre has ever been sideways by more than outcome.off_track_threshold
   Closing closing_speed_max;  // the fastest
   int touches = 0;         // first touches of footprints that were counted
@@ -59,6 +79,9 @@ struct Outcome {
   PeakForce coupler_draft_peak;
   double stop_time = 0.0;  // simulated time at the end, or so far [s]
   PileUp pile_up;
+  int couplers_broken = 0;
+  Impacts impacts;
+  double blockage_force = 0.0;  // mean buff force on the foremost car that stands on the rails behind the derailed ones [N]
   model::EnergyLedger energy;       // at stop_time
   double energy_initial = 0.0;      // J
   double energy_residual = 0.0;     // |total - initial| / initial; 0 if there was none to begin with

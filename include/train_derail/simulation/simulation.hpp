@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "train_derail/inputs/scenario.hpp"
-#include "train_derail/model/derailment_model.hpp"
+#include "train_derail/model/train_model.hpp"
 #include "train_derail/outcome/outcome.hpp"
 
 namespace train_derail::simulation {

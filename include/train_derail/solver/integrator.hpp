@@ -37,6 +37,20 @@ class OdeSystem {
   virtual void jacobian(double t, const double* y, const SetEntry& set) = 0;
 };
 
+/// A motion q' = v, v' = a(t, q, v) that jumps at the end of steps: for steps of fixed length. The state is laid out as
+/// positions, as many velocities, and whatever else the system keeps there.
+class SteppedSystem {
+ public:
+  virtual ~SteppedSystem() = default;
+
+  virtual Eigen::Index size() const = 0;
+  virtual Eigen::Index position_count() const = 0;
+  /// Accelerations at the beginning (t, y) of a step of length h.
+  virtual void accelerations(double t, double h, const double* y, double* result) = 0;
+  /// The step from (t, before) to (t + h, y) is done; may change y.
+  virtual void settle(double t, double h, const double* before, double* y) = 0;
+};
+
 struct Statistics {
   std::int64_t steps = 0;            // accepted
   std::int64_t rejected_steps = 0;   // by the error test or a failed nonlinear solve
@@ -74,5 +88,8 @@ class Integrator {
 
 /// `system` must outlive the integrator. Throws std::runtime_error if SUNDIALS refuses the set-up.
 std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0, const Eigen::VectorXd& y0);
+
+/// Semi-implicit (symplectic) Euler, first order: v += h a(q, v), q += h v, with options.fixed_step. step() reports no events.
+std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, SteppedSystem& system, double t0, const Eigen::VectorXd& y0);
 
 }  // namespace train_derail::solver

@@ -1,11 +1,12 @@
 // Footprints of cars on the ground: oriented rectangles, and whether two of them touch.
 #pragma once
 
+#include <cmath>
 #include <optional>
 
 #include <Eigen/Core>
 
-namespace train_derail::outcome {
+namespace train_derail::model {
 
 struct Footprint {
   Eigen::Vector2d centre;  // m
@@ -28,4 +29,16 @@ struct Touch {
 /// Separating-axis test; nothing if there is a gap.
 std::optional<Touch> touch(const Footprint& a, const Footprint& b);
 
-}  // namespace train_derail::outcome
+/// Where two footprints press on each other: one point (a corner in a side) or two (side against side).
+struct Manifold {
+  Eigen::Vector2d normal;    // unit vector from b to a
+  bool face_of_a;            // the side that is pressed is one of a (of b if not); `normal` is square to it
+  int count = 0;
+  Eigen::Vector2d point[2];  // m
+  double depth[2];           // > 0 [m]
+};
+
+/// Touch, and the edge of the one clipped by the sides of the face of the other that it presses on; count 0 if there is a gap.
+Manifold press(const Footprint& a, const Footprint& b);
+
+}  // namespace train_derail::model

@@ -1,0 +1,24 @@
+// Emergency application of air brakes: a signal runs along the pipe, each car's valve waits its dead time, force builds up
+// linearly. After: National Academies 24698, fig. F-9 (all brakes of 150 cars built up within 16 s), 280 m/s.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::model {
+
+/// Share of the full force, 0 to 1; `since`: time since the signal reached the car [s], negative before it.
+inline double brake_build_up(const inputs::Brakes& b, double since) {
+  const double t = since - b.dead_time;
+  if (t < 0.0) return 0.0;
+  return b.build_up_time > 0.0 ? std::min(t / b.build_up_time, 1.0) : 1.0;
+}
+
+/// Time that the signal takes over `distance` of pipe [m], in seconds.
+inline double brake_signal_delay(const inputs::Brakes& b, double distance) {
+  return b.signal == inputs::BrakeSignal::electronic ? 0.0 : std::abs(distance) / b.propagation_speed;
+}
+
+}  // namespace train_derail::model

@@ -1,0 +1,28 @@
+// Lateral force of the rails on a truck, and when it leaves them: a spring and a dashpot towards the alignment, and a limit of
+// lateral over vertical load (L/V). After: AAR limit L/V 1.0 for one truck side, 0.8 in common use; Nadal's formula gives 0.8-1.6.
+#pragma once
+
+#include <cmath>
+
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::model {
+
+/// c_r = 2 zeta sqrt(k_r M / 2) [N s/m]: half a car on one truck's rails.
+inline double rail_damping(const inputs::Rails& r, double car_mass) {
+  return 2.0 * r.damping_ratio * std::sqrt(r.stiffness * 0.5 * car_mass);
+}
+
+/// F = -k_r e - c_r de/dt [N], left positive; e: offset of the truck from the alignment, left positive [m].
+inline double rail_force(const inputs::Rails& r, double damping, double offset, double rate) {
+  return -r.stiffness * offset - damping * rate;
+}
+
+/// Whether a truck that has borne `force` [N] under `load` (its share of W) [N] leaves the rails after this step of length h [s].
+/// `overloaded` [s]: for how long the limit has been exceeded without a break; kept by the caller, 0 at first.
+inline bool rails_yield(const inputs::Rails& r, double force, double load, double h, double& overloaded) {
+  overloaded = std::abs(force) > r.derail_ratio * load ? overloaded + h : 0.0;
+  return overloaded > r.derail_time;
+}
+
+}  // namespace train_derail::model

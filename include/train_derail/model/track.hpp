@@ -1,0 +1,54 @@
+// Centre line of the track, its lateral alignment, and where it has been torn up. Straight along +x through the origin unless
+// the scenario has curves; x = 0 is the point of derailment and arc length s grows in the direction of travel.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::model {
+
+class Track {
+ public:
+  /// Covers arc lengths from `s_min` to `s_max` [m]; beyond them it is straight, true and whole.
+  Track(const inputs::Scenario& scenario, double s_min, double s_max);
+
+  bool straight() const { return nodes_.empty(); }
+
+  struct Node {
+    Eigen::Vector2d point;    // m
+    Eigen::Vector2d tangent;  // unit vector
+  };
+  /// Centre line at s.
+  Node at(double s) const;
+  /// Arc length of the foot of the perpendicular from `p`, looked for near `s`.
+  double foot(const Eigen::Vector2d& p, double s) const;
+
+  /// Lateral deviation of the rails from the centre line, left positive [m].
+  double alignment(double s) const {
+    if (alignment_.empty()) return 0.0;
+    const double b = (s - s_min_) / kBin;
+    if (!(b >= 0.0 && b < static_cast<double>(alignment_.size() - 1))) return 0.0;
+    const auto i = static_cast<std::size_t>(b);
+    return alignment_[i] + (b - static_cast<double>(i)) * (alignment_[i + 1] - alignment_[i]);
+  }
+
+  bool torn(double s) const {
+    if (torn_.empty()) return false;
+    const double b = (s - s_min_) * per_torn_bin_;
+    return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] != 0;
+  }
+  void tear(double s);
+
+ private:
+  static constexpr double kBin = 5.0 * inputs::kFoot;
+
+  double s_min_, per_torn_bin_ = 0.0;
+  std::vector<double> alignment_;   // every kBin
+  std::vector<Node> nodes_;         // every kBin, if there are curves
+  std::vector<unsigned char> torn_;
+};
+
+}  // namespace train_derail::model

@@ -1,0 +1,161 @@
+#include "model/contacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "train_derail/model/contact_law.hpp"
+
+namespace train_derail::model {
+
+namespace {
+
+constexpr double kMargin = 0.3;          // m, by which bounds are widened: pairs are looked for anew when a car has moved that far
+constexpr double kSameImpact = 0.25;     // s
+
+Eigen::Vector2d velocity_at(const CarColumns& q, int car, const Eigen::Vector2d& point) {
+  return {q.vx[car] - q.omega[car] * (point.y() - q.y[car]), q.vy[car] + q.omega[car] * (point.x() - q.x[car])};
+}
+
+/// The face of a car that a push along `direction` (into the car) meets.
+Face face_met(const Footprint& box, const Eigen::Vector2d& direction) {
+  const double along = box.axis.dot(direction), across = box.side().dot(direction);
+  if (std::abs(along) > std::abs(across)) return along < 0.0 ? Face::front : Face::rear;
+  return across < 0.0 ? Face::left : Face::right;
+}
+
+}  // namespace
+
+Contacts::Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed)
+    : law_(law), regularization_speed_(regularization_speed), moved_(inputs::kInfinity), bounds_(cars.size()) {
+  for (const Car& c : cars) {
+    boxes_.push_back({Eigen::Vector2d::Zero(), Eigen::Vector2d::UnitX(), 0.5 * c.length, 0.5 * c.width});
+    radius_.push_back(std::hypot(0.5 * c.length, 0.5 * c.width));
+    mass_.push_back(c.mass);
+    by_x_.push_back(static_cast<int>(by_x_.size()));
+  }
+}
+
+void Contacts::find_pairs() {
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    const Footprint& f = boxes_[i];
+    const double rx = f.reach({1.0, 0.0}) + kMargin, ry = f.reach({0.0, 1.0}) + kMargin;
+    bounds_[i] = {f.centre.x() - rx, f.centre.x() + rx, f.centre.y() - ry, f.centre.y() + ry};
+  }
+  // Sweep along x; the order hardly changes between two calls.
+  const auto begin_of = [this](int i) { return bounds_[static_cast<std::size_t>(i)][0]; };
+  for (std::size_t i = 1; i < by_x_.size(); ++i) {
+    const int k = by_x_[i];
+    std::size_t j = i;
+    for (; j > 0 && begin_of(by_x_[j - 1]) > begin_of(k); --j) by_x_[j] = by_x_[j - 1];
+    by_x_[j] = k;
+  }
+  old_pairs_.swap(pairs_);
+  pairs_.clear();
+  for (std::size_t i = 0; i < by_x_.size(); ++i) {
+    const Eigen::Vector4d& p = bounds_[static_cast<std::size_t>(by_x_[i])];
+    for (std::size_t j = i + 1; j < by_x_.size(); ++j) {
+      const Eigen::Vector4d& r = bounds_[static_cast<std::size_t>(by_x_[j])];
+      if (r[0] > p[1]) break;
+      if (r[2] > p[3] || p[2] > r[3]) continue;
+      const auto [a, b] = std::minmax(by_x_[i], by_x_[j]);
+      pairs_.push_back({a, b});
+    }
+  }
+  const auto less = [](const Pair& p, const Pair& r) { return p.a != r.a ? p.a < r.a : p.b < r.b; };
+  std::sort(pairs_.begin(), pairs_.end(), less);
+  auto old = old_pairs_.begin();
+  for (Pair& p : pairs_) {
+    while (old != old_pairs_.end() && less(*old, p)) ++old;
+    if (old != old_pairs_.end() && old->a == p.a && old->b == p.b) p = *old;
+  }
+}
+
+void Contacts::add_forces(double t, double h, const CarColumns& q, Loads& loads, Incidents& incidents) {
+  pushes_.clear();
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    boxes_[i].centre = {q.x[i], q.y[i]};
+    boxes_[i].axis = {q.cosine[i], q.sine[i]};
+    fastest = std::max(fastest, std::abs(q.vx[i]) + std::abs(q.vy[i]) + radius_[i] * std::abs(q.omega[i]));
+  }
+  if (moved_ > kMargin) {
+    find_pairs();
+    moved_ = 0.0;
+  }
+  // Half as much again for what speeds may grow within this step.
+  moved_ += 1.5 * h * fastest;
+
+  for (Pair& pair : pairs_) {
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    const Eigen::Vector2d between = boxes_[a].centre - boxes_[b].centre;
+    const double reach = radius_[a] + radius_[b];
+    const Manifold m = between.squaredNorm() > reach * reach ? Manifold{} : press(boxes_[a], boxes_[b]);
+    if (m.count == 0) {
+      pair.crushed = 0.0;
+      continue;
+    }
+    double force = 0.0;
+    Eigen::Vector2d first_velocity = Eigen::Vector2d::Zero();
+    const double share = 1.0 / m.count, reduced_mass = mass_[a] * mass_[b] / (mass_[a] + mass_[b]);
+    for (int i = 0; i < m.count; ++i) {
+      const Eigen::Vector2d& p = m.point[i];
+      const Eigen::Vector2d v = velocity_at(q, pair.a, p) - velocity_at(q, pair.b, p);
+      const double closing = -v.dot(m.normal);
+      if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
+      const double push = share * contact_force(law_, m.depth[i], closing, pair.crushed);
+      if (push <= 0.0) continue;
+      force += push;
+      incidents.overlap_max = std::max(incidents.overlap_max, m.depth[i] - pair.crushed);
+      const Eigen::Vector2d slip = v + closing * m.normal;
+      // No finer than one step can follow.
+      const double v_eps = std::max(regularization_speed_, law_.friction * push * h / (0.25 * reduced_mass));
+      const Eigen::Vector2d friction = -law_.friction * push / std::sqrt(slip.squaredNorm() + v_eps * v_eps) * slip;
+      const Eigen::Vector2d normal = push * m.normal, f = normal + friction;
+      const Eigen::Vector2d ra = p - boxes_[a].centre, rb = p - boxes_[b].centre;
+      loads.fx[pair.a] += f.x();
+      loads.fy[pair.a] += f.y();
+      loads.moment[pair.a] += ra.x() * f.y() - ra.y() * f.x();
+      loads.fx[pair.b] -= f.x();
+      loads.fy[pair.b] -= f.y();
+      loads.moment[pair.b] -= rb.x() * f.y() - rb.y() * f.x();
+      pushes_.push_back({pair.a, pair.b, p, normal, friction});
+    }
+    note(t, h, pair, m, first_velocity, force, incidents);
+  }
+}
+
+void Contacts::note(double t, double h, Pair& pair, const Manifold& m, const Eigen::Vector2d& velocity, double force,
+                    Incidents& incidents) const {
+  const Footprint &a = boxes_[static_cast<std::size_t>(pair.a)], &b = boxes_[static_cast<std::size_t>(pair.b)];
+  if (pair.impact < 0 || t - pair.seen > kSameImpact) {
+    pair.impact = static_cast<int>(incidents.impacts.size());
+    const Eigen::Vector2d& p = m.point[0];
+    incidents.impacts.push_back({t, t, pair.a, pair.b, face_met(a, m.normal), face_met(b, -m.normal),
+                                 (p - a.centre).dot(a.axis), (p - b.centre).dot(b.axis), p.x(), p.y(), velocity.norm(),
+                                 -velocity.dot(m.normal), 0.0, 0.0});
+  }
+  pair.seen = t;
+  Impact& impact = incidents.impacts[static_cast<std::size_t>(pair.impact)];
+  impact.end = t + h;
+  impact.impulse += force * h;
+  impact.peak_force = std::max(impact.peak_force, force);
+}
+
+Contacts::Work Contacts::work(double h, const CarColumns& before, const CarColumns& after) const {
+  Work w;
+  for (const Push& p : pushes_) {
+    // Arms of the beginning of the step, where the forces acted.
+    const auto velocity = [&](int car) {
+      const Eigen::Vector2d r = p.point - Eigen::Vector2d(before.x[car], before.y[car]);
+      const double omega = 0.5 * (before.omega[car] + after.omega[car]);
+      return Eigen::Vector2d(0.5 * (before.vx[car] + after.vx[car]) - omega * r.y(),
+                             0.5 * (before.vy[car] + after.vy[car]) + omega * r.x());
+    };
+    const Eigen::Vector2d v = velocity(p.a) - velocity(p.b);
+    w.normal -= h * p.normal.dot(v);
+    w.friction -= h * p.friction.dot(v);
+  }
+  return w;
+}
+
+}  // namespace train_derail::model

@@ -1,0 +1,81 @@
+#include "train_derail/model/train_model.hpp"
+
+#include <cmath>
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
+
+namespace train_derail::model {
+
+TrainModel::TrainModel(const inputs::Scenario& scenario)
+    : cars_(expand(scenario.consist)), coupler_(scenario.coupler), ground_(scenario.ground), initial_(scenario.initial) {
+  for (auto* array : {&mass_, &inertia_, &half_length_, &half_spacing_}) array->resize(car_count());
+  for (Eigen::Index k = 0; k < car_count(); ++k) {
+    mass_[k] = at(k).mass;
+    inertia_[k] = at(k).yaw_inertia;
+    half_length_[k] = 0.5 * at(k).length;
+    half_spacing_[k] = 0.5 * at(k).truck_spacing;
+  }
+}
+
+StateVector TrainModel::initial_state() const {
+  const Eigen::Index n = car_count();
+  StateVector state = StateVector::Zero(size());
+  MotionMap m = motion(state.data(), n);
+  const inputs::Perturbation& p = initial_.perturbation;
+  boost::random::mt19937_64 generator(static_cast<std::uint64_t>(p.seed));
+  boost::random::normal_distribution<double> normal;
+  double x = 0.0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (k > 0) x -= half_length_[k - 1] + half_length_[k] + coupler_.length;  // eq. (15)
+    m(k, X) = k > 0 && p.spacing > 0.0 ? x - p.spacing * std::abs(normal(generator)) : x;
+    m(k, VX) = initial_.speed;  // eq. (16)
+  }
+  const Eigen::Index first = initial_.cars_ahead;
+  if (first < n) {
+    m(first, OMEGA) = initial_.yaw_rate;  // eq. (17)
+    if (p.yaw_rate > 0.0) m(first, OMEGA) *= 1.0 + p.yaw_rate * normal(generator);
+    if (first > 0) m.col(X) -= m(first, X);
+  }
+  return state;
+}
+
+CouplerState<double> TrainModel::coupler(const double* y, Eigen::Index i) const {
+  const ConstMotionMap q = motion(y, car_count());
+  const Eigen::Vector2d d = rear_pin(y, i).position - front_pin(y, i + 1).position;
+  return coupler_state<double>(coupler_, d.x(), d.y(), std::cos(q(i, THETA)), std::sin(q(i, THETA)),
+                               std::cos(q(i + 1, THETA)), std::sin(q(i + 1, THETA)));
+}
+
+CarMotion TrainModel::car_motion(const double* y, Eigen::Index car) const {
+  const ConstMotionMap q = motion(y, car_count());
+  return {{q(car, X), q(car, Y)},
+          {std::cos(q(car, THETA)), std::sin(q(car, THETA))},
+          {q(car, VX), q(car, VY)},
+          q(car, OMEGA)};
+}
+
+EnergyLedger TrainModel::mechanical_energy(const double* y) const {
+  const Eigen::Index n = car_count();
+  const ConstMotionMap q = motion(y, n);
+  EnergyLedger e;
+  e.kinetic_translation = 0.5 * (mass_ * (q.col(VX).square() + q.col(VY).square())).sum();
+  e.kinetic_rotation = 0.5 * (inertia_ * q.col(OMEGA).square()).sum();
+  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
+    const CouplerState<double> b = coupler(y, i);
+    e.coupler_axial += axial_energy(coupler_, b.gap);
+    e.coupler_swing += swing_energy(coupler_, b.swing_lead) + swing_energy(coupler_, b.swing_trail);
+  }
+  return e;
+}
+
+Momentum TrainModel::momentum(const double* y) const {
+  const ConstMotionMap q = motion(y, car_count());
+  Momentum p;
+  p.x = (mass_ * q.col(VX)).sum();
+  p.y = (mass_ * q.col(VY)).sum();
+  p.angular = (inertia_ * q.col(OMEGA) + mass_ * (q.col(X) * q.col(VY) - q.col(Y) * q.col(VX))).sum();
+  return p;
+}
+
+}  // namespace train_derail::model
