@@ -70,7 +70,7 @@ void Contacts::find_pairs() {
   }
 }
 
-void Contacts::add_forces(double t, double h, const CarColumns& q, Loads& loads, Incidents& incidents) {
+void Contacts::add_forces(double t, double h, const CarColumns& q, const Loads& loads, Incidents& incidents) {
   pushes_.clear();
   double fastest = 0.0;
   for (std::size_t i = 0; i < boxes_.size(); ++i) {

@@ -13,9 +13,9 @@
 
 namespace train_derail::model {
 
-/// Force and moment on every car, as they are summed up.
+/// Force and moment on every car, to be added to [N, N, N m].
 struct Loads {
-  Eigen::ArrayXd fx, fy, moment;  // N, N, N m
+  double *fx, *fy, *moment;
 };
 
 /// Positions and velocities of all cars with their headings, as pointers to arrays.
@@ -28,7 +28,7 @@ class Contacts {
   Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed);
 
   /// Adds the contact forces at time t of a step of length h.
-  void add_forces(double t, double h, const CarColumns& q, Loads& loads, Incidents& incidents);
+  void add_forces(double t, double h, const CarColumns& q, const Loads& loads, Incidents& incidents);
 
   /// Work that the forces of the last step took [J]: velocities before and after it.
   struct Work {

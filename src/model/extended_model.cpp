@@ -7,6 +7,7 @@
 #include <boost/random/normal_distribution.hpp>
 
 #include "model/contacts.hpp"
+#include "model/extended_kernels.hpp"
 #include "train_derail/model/brake_law.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
 #include "train_derail/model/ground_law.hpp"
@@ -27,48 +28,66 @@ double reach_ahead(const inputs::Scenario& s) {
   return std::min(100.0 + train_length(s) + s.initial.speed * s.stop.time_max, 6000.0);
 }
 
+const ExtendedKernels& best_kernels([[maybe_unused]] Eigen::Index cars) {
+#ifdef TRAIN_DERAIL_X86
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && cars > kExtendedAvx2.lanes) return kExtendedAvx2;
+#endif
+  return kExtendedPlain;
+}
+
 }  // namespace
 
 ExtendedModel::ExtendedModel(const inputs::Scenario& scenario)
     : TrainModel(scenario),
       rails_(scenario.rails),
       brakes_(scenario.brakes),
-      grade_(scenario.track.grade),
+      grade_(scenario.track.grade / std::sqrt(1.0 + scenario.track.grade * scenario.track.grade)),
       rails_on_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
       cos_limit_(std::cos(scenario.coupler.swing_limit)),
       cos_break_(scenario.coupler.break_swing < M_PI ? std::cos(scenario.coupler.break_swing) : -2.0),
+      kernels_(&best_kernels(car_count())),
       track_(scenario, -(train_length(scenario) + 100.0), reach_ahead(scenario)),
       past_pod_(cars_.size(), false),
-      links_(cars_.empty() ? 0 : cars_.size() - 1),
-      loads_(std::make_unique<Loads>()) {
-  const std::size_t n = cars_.size();
+      cause_(2 * cars_.size(), Cause::none),
+      patches_(scenario.ground.patches) {
+  const Eigen::Index n = car_count();
+  for (auto* a : {&brake_ratio_, &pipe_, &inverse_mass_, &inverse_inertia_, &cos_, &sin_, &along_, &fx_, &fy_, &moment_, &turned_}) {
+    *a = Eigen::ArrayXd::Zero(n);
+  }
+  for (auto* a : {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &truck_x_, &truck_y_,
+                  &brake_, &lateral_}) {
+    *a = Eigen::ArrayXd::Zero(2 * n);
+  }
+  for (auto* a : {&on_track_, &tangent_x_, &patch_}) *a = Eigen::ArrayXd::Ones(2 * n);
+  for (auto* a : {&damping_, &axial_, &damper_, &ux_, &uy_, &cos_swing_, &end_moment_}) *a = Eigen::ArrayXd::Zero(n - 1);
+  alive_ = Eigen::ArrayXd::Ones(n - 1);
+  for (auto* a : {&pin_x_, &pin_y_, &moment_lead_, &moment_trail_}) *a = Eigen::ArrayXd::Zero(n + 1);
+  signal_ = Eigen::ArrayXd::Constant(n, inputs::kInfinity);
+
   boost::random::mt19937_64 generator(static_cast<std::uint64_t>(initial_.perturbation.seed) ^ 0x61c5e1ULL);
   boost::random::normal_distribution<double> normal;
-  for (const inputs::CarBlock& b : scenario.consist) {
-    for (int i = 0; i < b.count; ++i) brake_source_.push_back(b.brake_source == inputs::BrakeSource::remote);
-    for (int i = 0; i < b.count; ++i) brake_force_.push_back(b.brake_share * brakes_.force * b.weight);
-  }
+  Eigen::Index car = 0;
   double place = 0.0;
-  for (const Car& c : cars_) {
-    for (const double sign : {1.0, -1.0}) {
-      Truck truck{};
-      truck.arm = 0.5 * sign * c.truck_spacing;
-      truck.load = 0.5 * c.weight;
-      truck.rail_damping = rail_damping(rails_, c.mass);
-      truck.kick = initial_.perturbation.kick * normal(generator);
-      trucks_.push_back(truck);
+  for (const inputs::CarBlock& block : scenario.consist) {
+    for (int i = 0; i < block.count; ++i, ++car) {
+      const Car& c = at(car);
+      brake_source_.push_back(block.brake_source == inputs::BrakeSource::remote);
+      brake_ratio_[car] = block.brake_share * brakes_.force;
+      pipe_[car] = place + 0.5 * c.length;
+      place += c.length + coupler_.length;
+      inverse_mass_[car] = 1.0 / c.mass;
+      inverse_inertia_[car] = 1.0 / c.yaw_inertia;
+      for (const End end : {FRONT, REAR}) {
+        load_[truck(car, end)] = 0.5 * c.weight;
+        rail_damping_[truck(car, end)] = rail_damping(rails_, c.mass);
+        kick_[truck(car, end)] = initial_.perturbation.kick * normal(generator);
+      }
     }
-    pipe_.push_back(place + 0.5 * c.length);
-    place += c.length + coupler_.length;
   }
-  signal_.assign(n, inputs::kInfinity);
-  for (std::size_t i = 0; i < links_.size(); ++i) {
-    links_[i].damping = coupler_damping(coupler_, cars_[i].mass, cars_[i + 1].mass);
-  }
+  for (Eigen::Index i = 0; i + 1 < n; ++i) damping_[i] = coupler_damping(coupler_, at(i).mass, at(i + 1).mass);
   if (scenario.contact.law != inputs::ContactLaw::none) {
     contacts_ = std::make_unique<Contacts>(scenario.contact, cars_, ground_.regularization_speed);
   }
-  for (auto* a : {&cos_, &sin_, &loads_->fx, &loads_->fy, &loads_->moment}) a->resize(car_count());
   if (brakes_.emergency_time) vent(*brakes_.emergency_time, 0.0);
 }
 
@@ -94,34 +113,66 @@ StateVector ExtendedModel::initial_state() const {
   return state;
 }
 
-void ExtendedModel::start(const double* y) {
-  const ConstMotionMap q = motion(y, car_count());
-  headings(y);
-  for (Eigen::Index k = 0; k < car_count(); ++k) {
-    const bool behind = k >= initial_.cars_ahead;
-    for (std::size_t end = 0; end < 2; ++end) {
-      Truck& truck = trucks_[2 * static_cast<std::size_t>(k) + end];
-      const Eigen::Vector2d p(q(k, X) + truck.arm * cos_[k], q(k, Y) + truck.arm * sin_[k]);
-      truck.s = track_.foot(p, p.x());
-      if (rails_on_ && behind && truck.s >= 0.0) {
-        truck.cause = Cause::pod;
-        incidents_.derailments.push_back({0.0, k, end == 0, Cause::pod, p.x(), p.y()});
-      }
-    }
-    past_pod_[static_cast<std::size_t>(k)] = behind && q(k, X) >= 0.0;
-  }
+ExtendedArrays ExtendedModel::arrays() {
+  return {car_count(), &coupler_, &ground_, &rails_, cos_limit_, grade_, rails_on_,
+          ground_.off_track_law == inputs::OffTrackLaw::by_slip, half_length_.data(), half_spacing_.data(), inverse_mass_.data(),
+          inverse_inertia_.data(), alive_.data(), damping_.data(), on_track_.data(), offset_.data(), tangent_x_.data(),
+          tangent_y_.data(), load_.data(), rail_damping_.data(), along_.data(), patch_.data(), cos_.data(), sin_.data(),
+          axial_.data(), damper_.data(), ux_.data(), uy_.data(), cos_swing_.data(), end_moment_.data(), pin_x_.data(),
+          pin_y_.data(), moment_lead_.data(), moment_trail_.data(), truck_x_.data(), truck_y_.data(), brake_.data(),
+          lateral_.data(), fx_.data(), fy_.data(), moment_.data()};
 }
 
-void ExtendedModel::headings(const double* y) {
+void ExtendedModel::start(const double* y) {
   const ConstMotionMap q = motion(y, car_count());
   cos_ = q.col(THETA).cos();
   sin_ = q.col(THETA).sin();
+  kernels_->places(arrays(), y, px_.data(), py_.data());
+  for (Eigen::Index i = 0; i < px_.size(); ++i) arc_[i] = track_.foot({px_[i], py_[i]}, px_[i]);
+  pass_pod(y);
+  if (rails_on_) {
+    for (Eigen::Index i = 0; i < px_.size(); ++i) {
+      if (car_of(i) < initial_.cars_ahead || arc_[i] < 0.0) continue;
+      cause_[static_cast<std::size_t>(i)] = Cause::pod;
+      on_track_[i] = 0.0;
+      incidents_.derailments.push_back({0.0, car_of(i), i < car_count(), Cause::pod, px_[i], py_[i]});
+    }
+  }
+  locate(y);
+}
+
+void ExtendedModel::locate(const double* y) {
+  kernels_->places(arrays(), y, px_.data(), py_.data());
+  const bool straight = track_.straight();
+  if (straight) {
+    arc_ = px_;
+    offset_ = py_;
+  }
+  for (Eigen::Index i = 0; i < px_.size(); ++i) {
+    if (!straight) {
+      const Eigen::Vector2d p(px_[i], py_[i]);
+      arc_[i] = track_.foot(p, arc_[i]);
+      const Track::Node node = track_.at(arc_[i]);
+      tangent_x_[i] = node.tangent.x();
+      tangent_y_[i] = node.tangent.y();
+      offset_[i] = (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();
+    }
+    if (rails_on_ && on_rails(i)) offset_[i] -= track_.alignment(arc_[i]);
+    if (!patches_.empty()) patch_[i] = patch_factor(patches_, px_[i], py_[i]);
+  }
+}
+
+void ExtendedModel::pass_pod(const double* y) {
+  const ConstMotionMap q = motion(y, car_count());
+  for (Eigen::Index k = initial_.cars_ahead; k < car_count(); ++k) {
+    if (q(k, X) < 0.0 || past_pod_[static_cast<std::size_t>(k)]) continue;
+    past_pod_[static_cast<std::size_t>(k)] = true;
+    if (!rails_on_) on_track_[truck(k, FRONT)] = on_track_[truck(k, REAR)] = 0.0;
+  }
 }
 
 bool ExtendedModel::derailed(Eigen::Index car) const {
-  if (!rails_on_) return past_pod(car);
-  const auto i = 2 * static_cast<std::size_t>(car);
-  return trucks_[i].cause != Cause::none || trucks_[i + 1].cause != Cause::none;
+  return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
 }
 
 double ExtendedModel::off_centre(const Eigen::Vector2d& point) const {
@@ -132,280 +183,169 @@ double ExtendedModel::off_centre(const Eigen::Vector2d& point) const {
 
 void ExtendedModel::accelerations(double t, double h, const double* y, double* result) {
   const Eigen::Index n = car_count();
-  Loads& loads = *loads_;
-  headings(y);
-  loads.fx.setZero();
-  loads.fy.setZero();
-  loads.moment.setZero();
-  couple(loads, y);
-  stand(t, loads, y);
+  if (brakes_.law == inputs::BrakeLaw::air) {
+    for (Eigen::Index k = 0; k < n; ++k) {
+      along_[k] = brakes_.rolling_resistance + brake_ratio_[k] * brake_build_up(brakes_, t - signal_[k]);
+    }
+  } else {
+    along_ = ground_.on_track_friction;
+  }
+  kernels_->forces(arrays(), y);
   if (contacts_) {
     const CarColumns q{y + X * n, y + Y * n, cos_.data(), sin_.data(), y + VX * n, y + VY * n, y + OMEGA * n};
-    contacts_->add_forces(t, h, q, loads, incidents_);
+    contacts_->add_forces(t, h, q, {fx_.data(), fy_.data(), moment_.data()}, incidents_);
   }
-  Eigen::Map<Eigen::ArrayXd>(result, n) = loads.fx / mass_;
-  Eigen::Map<Eigen::ArrayXd>(result + n, n) = loads.fy / mass_;
-  Eigen::Map<Eigen::ArrayXd>(result + 2 * n, n) = loads.moment / inertia_;
-}
-
-void ExtendedModel::couple(Loads& loads, const double* y) {
-  const ConstMotionMap q = motion(y, car_count());
-  const bool gear = coupler_.draft_gear_travel > 0.0;
-  const double closed = coupler_.length - 0.5 * coupler_.slack, stretched = coupler_.length + 0.5 * coupler_.slack;
-  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
-    Link& link = links_[static_cast<std::size_t>(i)];
-    if (link.broken) continue;
-    const Eigen::Index j = i + 1;
-    // From the centres to the pins.
-    const double ax = -half_length_[i] * cos_[i], ay = -half_length_[i] * sin_[i];
-    const double bx = half_length_[j] * cos_[j], by = half_length_[j] * sin_[j];
-    const double dx = q(i, X) + ax - q(j, X) - bx, dy = q(i, Y) + ay - q(j, Y) - by;
-    auto b = coupler_load<double>(coupler_, cos_limit_, dx, dy, cos_[i], sin_[i], cos_[j], sin_[j]);
-    double axial = b.axial;
-    if (gear) axial = b.gap < closed ? draft_gear_force(coupler_, closed - b.gap)
-                    : b.gap > stretched ? -draft_gear_force(coupler_, b.gap - stretched) : 0.0;
-    link.damper = 0.0;
-    if (link.damping > 0.0 && axial != 0.0) {
-      const double rx = q(i, VX) - q(i, OMEGA) * ay - q(j, VX) + q(j, OMEGA) * by;
-      const double ry = q(i, VY) + q(i, OMEGA) * ax - q(j, VY) - q(j, OMEGA) * bx;
-      link.damper = coupler_damper_force(link.damping, axial, rx * b.ux + ry * b.uy);
-    }
-    const double fx = b.force_x + (axial + link.damper - b.axial) * b.ux;
-    const double fy = b.force_y + (axial + link.damper - b.axial) * b.uy;
-    loads.fx[i] += fx;
-    loads.fy[i] += fy;
-    loads.moment[i] += ax * fy - ay * fx + b.moment_lead;
-    loads.fx[j] -= fx;
-    loads.fy[j] -= fy;
-    loads.moment[j] -= bx * fy - by * fx - b.moment_trail;
-    link.ux = b.ux;
-    link.uy = b.uy;
-    link.axial = axial + link.damper;
-    link.moment = std::abs(b.moment_lead + b.moment_trail);
-    link.cos_swing = std::min(b.ux * cos_[i] + b.uy * sin_[i], b.ux * cos_[j] + b.uy * sin_[j]);
-  }
-}
-
-void ExtendedModel::stand(double t, Loads& loads, const double* y) {
-  const ConstMotionMap q = motion(y, car_count());
-  const double v_eps = ground_.regularization_speed;
-  const bool air = brakes_.law == inputs::BrakeLaw::air, by_slip = ground_.off_track_law == inputs::OffTrackLaw::by_slip;
-  for (Eigen::Index k = 0; k < car_count(); ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    double along = ground_.on_track_friction;  // of the load
-    if (air) along = brakes_.rolling_resistance + brake_force_[i] / cars_[i].weight * brake_build_up(brakes_, t - signal_[i]);
-    for (std::size_t end = 0; end < 2; ++end) {
-      Truck& truck = trucks_[2 * i + end];
-      const double rx = truck.arm * cos_[k], ry = truck.arm * sin_[k];
-      const double px = q(k, X) + rx, py = q(k, Y) + ry;
-      const double u = q(k, VX) - q(k, OMEGA) * ry, v = q(k, VY) + q(k, OMEGA) * rx;
-      double tx = 1.0, ty = 0.0;
-      truck.along_x = truck.along_y = 0.0;
-      if (on_rails(truck)) {
-        double offset = py;
-        if (!track_.straight()) {
-          const Track::Node node = track_.at(truck.s);
-          tx = node.tangent.x();
-          ty = node.tangent.y();
-          offset = (py - node.point.y()) * tx - (px - node.point.x()) * ty;
-        }
-        const double ut = u * tx + v * ty, vn = v * tx - u * ty;
-        truck.rail_lateral = rail_force(rails_, truck.rail_damping, offset - track_.alignment(truck.s), vn);
-        const double brake = friction(along * truck.load, ut, 0.0, v_eps).x;
-        truck.along_x = brake * tx;
-        truck.along_y = brake * ty;
-        truck.fx = truck.along_x - truck.rail_lateral * ty;
-        truck.fy = truck.along_y + truck.rail_lateral * tx;
-      } else if (!rails_on_ && !past_pod_[i]) {
-        const bool lateral = ground_.on_track_law == inputs::OnTrackLaw::isotropic;
-        const auto f = friction(along * truck.load, u, lateral ? v : 0.0, v_eps);
-        truck.along_x = truck.fx = f.x;
-        truck.along_y = truck.fy = f.y;
-      } else {
-        double mu = ground_.off_track_friction;
-        if (by_slip) {
-          const double across = v * cos_[k] - u * sin_[k];
-          mu = slip_friction(ground_, std::sqrt(u * u + v * v), across, track_.straight() ? py : off_centre({px, py}));
-        }
-        if (!ground_.patches.empty()) mu *= patch_factor(ground_.patches, px, py);
-        const auto f = friction(mu * truck.load, u, v, v_eps);
-        truck.fx = f.x;
-        truck.fy = f.y;
-      }
-      loads.fx[k] += truck.fx;
-      loads.fy[k] += truck.fy;
-      loads.moment[k] += rx * truck.fy - ry * truck.fx;
-      if (grade_ != 0.0) {
-        const double pull = truck.load * grade_ / std::sqrt(1.0 + grade_ * grade_);
-        loads.fx[k] -= pull * tx;
-        loads.fy[k] -= pull * ty;
-        loads.moment[k] -= pull * (rx * ty - ry * tx);
-      }
-    }
-  }
+  Eigen::Map<Eigen::ArrayXd>(result, n) = fx_ * inverse_mass_;
+  Eigen::Map<Eigen::ArrayXd>(result + n, n) = fy_ * inverse_mass_;
+  Eigen::Map<Eigen::ArrayXd>(result + 2 * n, n) = moment_ * inverse_inertia_;
 }
 
 void ExtendedModel::settle(double t, double h, const double* before, double* y) {
   const Eigen::Index n = car_count();
-  const ConstMotionMap q0 = motion(before, n);
-  MotionMap q = motion(y, n);
-  const Motion mid = 0.5 * (q0 + q);  // velocities with which the forces of the step did their work
-  const double now = t + h;
-
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    for (std::size_t end = 0; end < 2; ++end) {
-      const Truck& truck = trucks_[2 * i + end];
-      const double u = mid(k, VX) - mid(k, OMEGA) * truck.arm * sin_[k], v = mid(k, VY) + mid(k, OMEGA) * truck.arm * cos_[k];
-      const double all = -h * (truck.fx * u + truck.fy * v);
-      if (on_rails(truck)) {
-        const double brake = -h * (truck.along_x * u + truck.along_y * v);
-        spent_.work_on_track += brake;
-        spent_.work_rails += all - brake;
-      } else {
-        (rails_on_ || past_pod_[i] ? spent_.work_off_track : spent_.work_on_track) += all;
-      }
-    }
-  }
-  if (grade_ != 0.0) {
-    // As in stand(): along the tangent on rails, along x off them.
-    for (Eigen::Index k = 0; k < n; ++k) {
-      for (std::size_t end = 0; end < 2; ++end) {
-        const Truck& truck = trucks_[2 * static_cast<std::size_t>(k) + end];
-        const Eigen::Vector2d tangent = on_rails(truck) ? track_.at(truck.s).tangent : Eigen::Vector2d(1.0, 0.0);
-        const double u = mid(k, VX) - mid(k, OMEGA) * truck.arm * sin_[k], v = mid(k, VY) + mid(k, OMEGA) * truck.arm * cos_[k];
-        spent_.work_grade += h * truck.load * grade_ / std::sqrt(1.0 + grade_ * grade_) * (u * tangent.x() + v * tangent.y());
-      }
-    }
-  }
-  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
-    Link& link = links_[static_cast<std::size_t>(i)];
-    if (link.broken) continue;
-    if (link.damper != 0.0) {
-      const Eigen::Index j = i + 1;
-      const double rx = mid(i, VX) + mid(i, OMEGA) * half_length_[i] * sin_[i] - mid(j, VX) + mid(j, OMEGA) * half_length_[j] * sin_[j];
-      const double ry = mid(i, VY) - mid(i, OMEGA) * half_length_[i] * cos_[i] - mid(j, VY) - mid(j, OMEGA) * half_length_[j] * cos_[j];
-      spent_.work_coupler_damping -= h * link.damper * (rx * link.ux + ry * link.uy);
-    }
-    const auto keep = [&](Peak& peak, double force) {
-      if (force > peak.force) peak = {force, i, t};
-    };
-    keep(incidents_.buff, link.axial);
-    keep(incidents_.draft, -link.axial);
-    if (-link.axial > coupler_.break_draft) break_coupler(now, i, BrokenCoupler::By::draft, before);
-    else if (link.cos_swing < cos_break_) break_coupler(now, i, BrokenCoupler::By::swing, before);
-    else if (link.moment > coupler_.break_moment) break_coupler(now, i, BrokenCoupler::By::moment, before);
-  }
+  const StepWork w = kernels_->work(arrays(), before, y, h);
+  spent_.work_on_track += w.on_track;
+  spent_.work_off_track += w.off_track;
+  spent_.work_rails += w.rails;
+  spent_.work_coupler_damping += w.damping;
+  spent_.work_grade += w.grade;
   if (contacts_) {
     const auto columns = [&](const double* state) {
       return CarColumns{state + X * n, state + Y * n, cos_.data(), sin_.data(), state + VX * n, state + VY * n, state + OMEGA * n};
     };
-    const Contacts::Work w = contacts_->work(h, columns(before), columns(y));
-    spent_.work_impact_normal += w.normal;
-    spent_.work_impact_friction += w.friction;
+    const Contacts::Work c = contacts_->work(h, columns(before), columns(y));
+    spent_.work_impact_normal += c.normal;
+    spent_.work_impact_friction += c.friction;
   }
+  note_forces(t, h);
+  break_where_overloaded(t + h, before);
 
-  Eigen::Index standing = -1;  // the foremost car that still stands on the rails behind what has derailed
-  for (Eigen::Index k = n - 1; k >= initial_.cars_ahead; --k) {
-    if (derailed(k)) break;
-    standing = k;
-  }
-  if (standing > 0 && derailed(standing - 1)) {
-    const double force = std::max(links_[static_cast<std::size_t>(standing - 1)].axial, 0.0);
-    incidents_.blockage_impulse += h * force;
-    incidents_.blockage_time += h;
-    incidents_.blockage_peak = std::max(incidents_.blockage_peak, force);
-  }
-
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const bool behind = k >= initial_.cars_ahead;
-    if (behind && q(k, X) >= 0.0) past_pod_[i] = true;
-    if (!rails_on_) continue;
-    for (int end = 0; end < 2; ++end) {
-      Truck& truck = trucks_[2 * i + static_cast<std::size_t>(end)];
-      if (truck.cause != Cause::none) continue;
-      const Eigen::Vector2d p(q(k, X) + truck.arm * std::cos(q(k, THETA)), q(k, Y) + truck.arm * std::sin(q(k, THETA)));
-      const double s = track_.foot(p, truck.s);
-      const bool crosses = behind && truck.s < 0.0 && s >= 0.0;
-      truck.s = s;
-      if (crosses) leave(now, k, end, Cause::pod, y);
-      else if (track_.torn(s)) leave(now, k, end, Cause::torn_track, y);
-      else if (rails_yield(rails_, truck.rail_lateral, truck.load, h, truck.overloaded)) leave(now, k, end, Cause::lateral, y);
-    }
-  }
+  turned_ = motion(y, n).col(THETA) - motion(before, n).col(THETA);
+  kernels_->turn(arrays(), turned_.data());
+  pass_pod(y);
+  if (rails_on_) leave_rails(t + h, h, y);
+  locate(y);
   work(y, n)[WORK_ON_TRACK] = spent_.work_on_track;
   work(y, n)[WORK_OFF_TRACK] = spent_.work_off_track;
 }
 
-void ExtendedModel::leave(double t, Eigen::Index car, int end, Cause cause, double* y) {
-  MotionMap q = motion(y, car_count());
-  Truck& truck = trucks_[2 * static_cast<std::size_t>(car) + static_cast<std::size_t>(end)];
-  truck.cause = cause;
-  const Eigen::Vector2d axis(std::cos(q(car, THETA)), std::sin(q(car, THETA)));
-  incidents_.derailments.push_back({t, car, end == 0, cause, q(car, X) + truck.arm * axis.x(), q(car, Y) + truck.arm * axis.y()});
-  track_.tear(truck.s);
-  if (cause == Cause::pod && truck.kick != 0.0) {
-    // An impulse at the truck, across the car, that changes the truck's velocity by the kick.
-    const double impulse = truck.kick / (1.0 / mass_[car] + truck.arm * truck.arm / inertia_[car]);
-    const auto kinetic = [&] {
-      return 0.5 * mass_[car] * (q(car, VX) * q(car, VX) + q(car, VY) * q(car, VY)) + 0.5 * inertia_[car] * q(car, OMEGA) * q(car, OMEGA);
-    };
-    const double before = kinetic();
-    q(car, VX) -= impulse / mass_[car] * axis.y();
-    q(car, VY) += impulse / mass_[car] * axis.x();
-    q(car, OMEGA) += impulse * truck.arm / inertia_[car];
-    spent_.work_kicks -= kinetic() - before;
+void ExtendedModel::note_forces(double t, double h) {
+  if (coupler_count() == 0) return;
+  Eigen::Index i = 0;
+  if (const double buff = axial_.maxCoeff(); buff > incidents_.buff.force) {
+    axial_.maxCoeff(&i);
+    incidents_.buff = {buff, i, t};
+  }
+  if (const double draft = -axial_.minCoeff(); draft > incidents_.draft.force) {
+    axial_.minCoeff(&i);
+    incidents_.draft = {draft, i, t};
+  }
+  if (standing_ > 0) {
+    const double force = std::max(axial_[standing_ - 1], 0.0);
+    incidents_.blockage_impulse += h * force;
+    incidents_.blockage_time += h;
+    incidents_.blockage_peak = std::max(incidents_.blockage_peak, force);
   }
 }
 
+void ExtendedModel::break_where_overloaded(double t, const double* before) {
+  if (coupler_count() == 0) return;
+  const bool none = -axial_.minCoeff() <= coupler_.break_draft && cos_swing_.minCoeff() >= cos_break_ &&
+                    end_moment_.abs().maxCoeff() <= coupler_.break_moment;
+  if (none) return;
+  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
+    if (broken(i)) continue;
+    if (-axial_[i] > coupler_.break_draft) break_coupler(t, i, BrokenCoupler::By::draft, before);
+    else if (cos_swing_[i] < cos_break_) break_coupler(t, i, BrokenCoupler::By::swing, before);
+    else if (std::abs(end_moment_[i]) > coupler_.break_moment) break_coupler(t, i, BrokenCoupler::By::moment, before);
+  }
+}
+
+void ExtendedModel::leave_rails(double t, double h, double* y) {
+  const Eigen::Index n = car_count();
+  const bool yields = kernels_->overload(arrays(), h, overloaded_.data());
+  kernels_->places(arrays(), y, px_.data(), py_.data());
+  const bool anything = yields || track_.torn_anywhere() || (px_ >= 0.0).any();
+  bool left = false;
+  if (anything) {
+    for (Eigen::Index i = 0; i < 2 * n; ++i) {
+      if (!on_rails(i)) continue;
+      const double s = track_.foot({px_[i], py_[i]}, arc_[i]);
+      const bool crosses = car_of(i) >= initial_.cars_ahead && arc_[i] < 0.0 && s >= 0.0;
+      arc_[i] = s;
+      if (crosses) leave(t, i, Cause::pod, y);
+      else if (track_.torn(s)) leave(t, i, Cause::torn_track, y);
+      else if (overloaded_[i] > rails_.derail_time) leave(t, i, Cause::lateral, y);
+      else continue;
+      left = true;
+    }
+  }
+  if (!left && t > h) return;
+  standing_ = -1;
+  for (Eigen::Index k = n - 1; k >= initial_.cars_ahead && !derailed(k); --k) standing_ = k;
+  if (standing_ > 0 && !derailed(standing_ - 1)) standing_ = -1;
+}
+
+void ExtendedModel::leave(double t, Eigen::Index truck, Cause cause, double* y) {
+  MotionMap q = motion(y, car_count());
+  const Eigen::Index car = car_of(truck);
+  cause_[static_cast<std::size_t>(truck)] = cause;
+  on_track_[truck] = 0.0;
+  overloaded_[truck] = 0.0;
+  incidents_.derailments.push_back({t, car, truck < car_count(), cause, px_[truck], py_[truck]});
+  track_.tear(arc_[truck]);
+  if (cause != Cause::pod || kick_[truck] == 0.0) return;
+  // An impulse at the truck, across the car, that changes the truck's velocity by the kick.
+  const double impulse = kick_[truck] / (inverse_mass_[car] + arm(truck) * arm(truck) * inverse_inertia_[car]);
+  const auto kinetic = [&] {
+    return 0.5 * mass_[car] * (q(car, VX) * q(car, VX) + q(car, VY) * q(car, VY)) + 0.5 * inertia_[car] * q(car, OMEGA) * q(car, OMEGA);
+  };
+  const double before = kinetic();
+  q(car, VX) -= impulse * inverse_mass_[car] * sin_[car];
+  q(car, VY) += impulse * inverse_mass_[car] * cos_[car];
+  q(car, OMEGA) += impulse * arm(truck) * inverse_inertia_[car];
+  spent_.work_kicks -= kinetic() - before;
+}
+
 void ExtendedModel::break_coupler(double t, Eigen::Index i, BrokenCoupler::By by, const double* y) {
-  const CouplerState<double> state = coupler(y, i);
-  spent_.work_coupler_break += strain_energy(state.gap) + swing_energy(coupler_, state.swing_lead) + swing_energy(coupler_, state.swing_trail);
-  Link& link = links_[static_cast<std::size_t>(i)];
-  link = Link{};
-  link.broken = true;
+  const CouplerState<double> b = coupler(y, i);
+  spent_.work_coupler_break += spring_energy(b.gap) + swing_energy(coupler_, b.swing_lead) + swing_energy(coupler_, b.swing_trail);
+  alive_[i] = 0.0;
   incidents_.broken.push_back({t, i, by});
-  const auto lead = static_cast<std::size_t>(i);
-  vent(t, 0.5 * (pipe_[lead] + pipe_[lead + 1]));
+  vent(t, 0.5 * (pipe_[i] + pipe_[i + 1]));
 }
 
 void ExtendedModel::vent(double t, double place) {
   if (brakes_.law != inputs::BrakeLaw::air) return;
   const auto spread = [&](double at, double from) {
-    for (std::size_t k = 0; k < signal_.size(); ++k) {
+    for (Eigen::Index k = 0; k < signal_.size(); ++k) {
       signal_[k] = std::min(signal_[k], at + brake_signal_delay(brakes_, pipe_[k] - from));
     }
   };
   spread(t, place);
   if (emergency_) return;
   emergency_ = true;
-  for (std::size_t k = 0; k < pipe_.size(); ++k) {
-    if (brake_source_[k]) spread(t + brakes_.radio_delay, pipe_[k]);
+  for (Eigen::Index k = 0; k < pipe_.size(); ++k) {
+    if (brake_source_[static_cast<std::size_t>(k)]) spread(t + brakes_.radio_delay, pipe_[k]);
   }
 }
 
-double ExtendedModel::strain_energy(double gap) const {
+double ExtendedModel::spring_energy(double gap) const {
   if (coupler_.draft_gear_travel == 0.0) return axial_energy(coupler_, gap);
   return draft_gear_energy(coupler_, std::max(std::abs(gap - coupler_.length) - 0.5 * coupler_.slack, 0.0));
 }
 
 CouplerState<double> ExtendedModel::coupler(const double* y, Eigen::Index i) const {
   CouplerState<double> b = TrainModel::coupler(y, i);
-  const Link& link = links_[static_cast<std::size_t>(i)];
-  if (link.broken) {
+  if (broken(i)) {
     b.axial = b.lateral = b.moment_lead = b.moment_trail = b.force_x = b.force_y = 0.0;
     return b;
   }
-  if (coupler_.draft_gear_travel > 0.0 || link.damping > 0.0) {
-    const double spring = b.gap < coupler_.length ? draft_gear_force(coupler_, std::max(coupler_.length - 0.5 * coupler_.slack - b.gap, 0.0))
-                                                  : -draft_gear_force(coupler_, std::max(b.gap - coupler_.length - 0.5 * coupler_.slack, 0.0));
-    const Eigen::Vector2d rate = rear_pin(y, i).velocity - front_pin(y, i + 1).velocity;
-    const double axial = spring + coupler_damper_force(link.damping, spring, rate.x() * b.ux + rate.y() * b.uy);
-    b.force_x += (axial - b.axial) * b.ux;
-    b.force_y += (axial - b.axial) * b.uy;
-    b.axial = axial;
-  }
+  const double spring = coupler_spring_force(coupler_, b.gap);
+  const Eigen::Vector2d rate = rear_pin(y, i).velocity - front_pin(y, i + 1).velocity;
+  const double axial = spring + coupler_damper_force(damping_[i], spring, rate.x() * b.ux + rate.y() * b.uy);
+  b.force_x += (axial - b.axial) * b.ux;
+  b.force_y += (axial - b.axial) * b.uy;
+  b.axial = axial;
   return b;
 }
 
@@ -428,7 +368,7 @@ EnergyLedger ExtendedModel::energy(const double* y) const {
   for (Eigen::Index i = 0; i < coupler_count(); ++i) {
     if (broken(i)) continue;
     const CouplerState<double> b = coupler(y, i);
-    e.coupler_axial += strain_energy(b.gap);
+    e.coupler_axial += spring_energy(b.gap);
     e.coupler_swing += swing_energy(coupler_, b.swing_lead) + swing_energy(coupler_, b.swing_trail);
   }
   return e;

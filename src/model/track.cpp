@@ -89,7 +89,9 @@ double Track::foot(const Eigen::Vector2d& p, double s) const {
 
 void Track::tear(double s) {
   const double b = (s - s_min_) * per_torn_bin_;
-  if (b >= 0.0 && b < static_cast<double>(torn_.size())) torn_[static_cast<std::size_t>(b)] = 1;
+  if (!(b >= 0.0 && b < static_cast<double>(torn_.size()))) return;
+  torn_[static_cast<std::size_t>(b)] = 1;
+  torn_anywhere_ = true;
 }
 
 }  // namespace train_derail::model

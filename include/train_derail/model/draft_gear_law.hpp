@@ -5,17 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/coupler_law.hpp"
 
 namespace train_derail::model {
 
-/// Spring force [N] at `excess` [m] beyond the slack, both >= 0: k_1 over the travel, then K.
-inline double draft_gear_force(const inputs::Coupler& c, double excess) {
-  const double gear = std::min(excess, c.draft_gear_travel);
-  return c.draft_gear_stiffness * gear + c.stiffness * (excess - gear);
-}
-
-/// Energy stored in it [J].
+/// Energy [J] stored at `excess` [m] >= 0 beyond the slack: k_1 over the travel, then K.
 inline double draft_gear_energy(const inputs::Coupler& c, double excess) {
   const double gear = std::min(excess, c.draft_gear_travel), solid = excess - gear;
   return 0.5 * c.draft_gear_stiffness * gear * gear + (c.draft_gear_stiffness * gear + 0.5 * c.stiffness * solid) * solid;
@@ -27,12 +21,24 @@ inline double coupler_damping(const inputs::Coupler& c, double mass_a, double ma
   return 2.0 * c.damping_ratio * std::sqrt(stiffness * mass_a * mass_b / (mass_a + mass_b));
 }
 
+/// Spring force [N] at a gap [m], buff positive; without draft gear axial_force of coupler_law.hpp.
+template <class T>
+T coupler_spring_force(const inputs::Coupler& c, const T& gap) {
+  if (c.draft_gear_travel == 0.0) return axial_force<T>(c, gap);
+  const T far = gap - c.length, beyond = select(far < T(0.0), T(-far), far) - 0.5 * c.slack;
+  const T excess = select(beyond > T(0.0), beyond, T(0.0));
+  const T gear = select(excess < T(c.draft_gear_travel), excess, T(c.draft_gear_travel));
+  const T force = c.draft_gear_stiffness * gear + c.stiffness * (excess - gear);
+  return select(far < T(0.0), force, T(-force));
+}
+
 /// Damper force [N], sign of F (buff positive), at gap rate `rate` [m/s], given the spring force there: opposes the rate, and never
-/// turns the sum of both round (a coupler that closes again must not pull).
-inline double coupler_damper_force(double damping, double spring_force, double rate) {
-  if (spring_force > 0.0) return std::max(-damping * rate, -spring_force);
-  if (spring_force < 0.0) return std::min(-damping * rate, -spring_force);
-  return 0.0;
+/// turns the sum of both round (a coupler that closes again must not pull). None in the slack.
+template <class T>
+T coupler_damper_force(const T& damping, const T& spring_force, const T& rate) {
+  const T damper = -damping * rate, back = -spring_force;
+  return select(spring_force > T(0.0), select(damper > back, damper, back),
+                select(spring_force < T(0.0), select(damper < back, damper, back), T(0.0)));
 }
 
 }  // namespace train_derail::model

@@ -13,7 +13,8 @@
 namespace train_derail::model {
 
 class Contacts;
-struct Loads;
+struct ExtendedArrays;
+struct ExtendedKernels;
 
 class ExtendedModel final : public TrainModel {
  public:
@@ -33,61 +34,57 @@ class ExtendedModel final : public TrainModel {
   bool derailed(Eigen::Index car) const override;
   bool past_pod(Eigen::Index car) const override { return past_pod_[static_cast<std::size_t>(car)]; }
   CouplerState<double> coupler(const double* y, Eigen::Index i) const override;
-  bool broken(Eigen::Index i) const override { return links_[static_cast<std::size_t>(i)].broken; }
+  bool broken(Eigen::Index i) const override { return alive_[i] == 0.0; }
   void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const override;
   EnergyLedger energy(const double* y) const override;
   double off_centre(const Eigen::Vector2d& point) const override;
   const Incidents* incidents() const override { return &incidents_; }
 
  private:
-  struct Truck {
-    double arm;             // from the car's centre forward [m]
-    double load;            // W / 2 [N]
-    double rail_damping;    // N s/m
-    double kick;            // m/s
-    double s = 0.0;         // arc length of its foot on the track [m]
-    double overloaded = 0.0;  // s
-    Cause cause = Cause::none;
-    double rail_lateral = 0.0;  // force of the rails in this step [N]
-    double fx = 0.0, fy = 0.0;  // ground or rails, in this step [N]
-    double along_x = 0.0, along_y = 0.0;  // what of it brakes along the rails [N]
-  };
-  struct Link {
-    bool broken = false;
-    double damping = 0.0;        // N s/m
-    double damper = 0.0;         // force of the damper in this step, sign of F [N]
-    double ux = 1.0, uy = 0.0;
-    double axial = 0.0;          // N, of this step
-    double cos_swing = 1.0;      // cosine of the larger swing angle
-    double moment = 0.0;         // |sum of the end moments| [N m]
-  };
+  enum End { FRONT, REAR };
+  /// Trucks are numbered: the front ones of all cars, then the rear ones.
+  Eigen::Index truck(Eigen::Index car, End end) const { return end == FRONT ? car : car_count() + car; }
+  double arm(Eigen::Index truck) const { return truck < car_count() ? half_spacing_[truck] : -half_spacing_[truck - car_count()]; }
+  Eigen::Index car_of(Eigen::Index truck) const { return truck < car_count() ? truck : truck - car_count(); }
+  bool on_rails(Eigen::Index truck) const { return cause_[static_cast<std::size_t>(truck)] == Cause::none; }
 
-  bool on_rails(const Truck& truck) const { return rails_on_ && truck.cause == Cause::none; }
-  void headings(const double* y);
-  void couple(Loads& loads, const double* y);
-  void stand(double t, Loads& loads, const double* y);
-  void leave(double t, Eigen::Index car, int end, Cause cause, double* y);
+  ExtendedArrays arrays();
+  /// Where trucks are on the track, after the state has changed.
+  void locate(const double* y);
+  void break_where_overloaded(double t, const double* before);
+  void note_forces(double t, double h);
+  void leave_rails(double t, double h, double* y);
+  void leave(double t, Eigen::Index truck, Cause cause, double* y);
+  void pass_pod(const double* y);
   void break_coupler(double t, Eigen::Index i, BrokenCoupler::By by, const double* y);
+  /// The brake pipe is opened at time t at `place` along the train.
   void vent(double t, double place);
-  double strain_energy(double gap) const;
+  double spring_energy(double gap) const;
 
   const inputs::Rails rails_;
   const inputs::Brakes brakes_;
-  const double grade_;
+  const double grade_;  // sine of the slope
   const bool rails_on_;
-  double cos_limit_, cos_break_;  // of swing
+  const double cos_limit_, cos_break_;  // of swing
+  const ExtendedKernels* kernels_;
   Track track_;
-  std::vector<Truck> trucks_;            // front and rear of car 0, of car 1, ...
+  // One a car.
   std::vector<bool> past_pod_, brake_source_;
-  std::vector<double> brake_force_, pipe_;  // N; place of the car along the brake pipe from the foremost [m]
-  std::vector<double> signal_;           // time at which the emergency signal reaches the car [s]
+  Eigen::ArrayXd brake_ratio_, pipe_, signal_;  // B; place along the brake pipe [m]; when the emergency signal comes [s]
+  Eigen::ArrayXd inverse_mass_, inverse_inertia_, cos_, sin_, along_, fx_, fy_, moment_, turned_;
+  // One a truck.
+  std::vector<Cause> cause_;
+  Eigen::ArrayXd kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_, patch_, px_, py_;
+  Eigen::ArrayXd truck_x_, truck_y_, brake_, lateral_;
+  // One a coupler.
+  Eigen::ArrayXd alive_, damping_, axial_, damper_, ux_, uy_, cos_swing_, end_moment_;
+  Eigen::ArrayXd pin_x_, pin_y_, moment_lead_, moment_trail_;  // cars + 1 entries
+  std::vector<inputs::GroundPatch> patches_;
+  Eigen::Index standing_ = -1;  // foremost car that stands on the rails behind what has derailed
   bool emergency_ = false;
-  std::vector<Link> links_;
   std::unique_ptr<Contacts> contacts_;
-  std::unique_ptr<Loads> loads_;
-  Eigen::ArrayXd cos_, sin_;
   Incidents incidents_;
-  EnergyLedger spent_;                   // its work_... terms
+  EnergyLedger spent_;  // its work_... terms
 };
 
 }  // namespace train_derail::model

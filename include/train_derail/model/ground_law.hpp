@@ -1,11 +1,11 @@
 // Ground force at one truck centre (paper, eqs. 3-5): Coulomb friction mu W / 2 against the truck's velocity.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/lanes.hpp"
 
 namespace train_derail::model {
 
@@ -28,11 +28,14 @@ GroundForce<T> friction(const T& load, const T& u, const T& v, double v_eps) {
 /// little, one that slides across it or lies beside the track much. mu = mu_0 + (mu_1 - mu_0) max(S(|v_lat| / (r |v|)),
 /// C((|y| - half gauge) / far_distance)), S: smoothstep, C: clamped to [0, 1].
 /// `speed` of the truck [m/s] and its part across the car's axis; `offset` of the truck from the centre line [m].
-inline double slip_friction(const inputs::Ground& g, double speed, double across, double offset) {
+template <class T>
+T slip_friction(const inputs::Ground& g, const T& speed, const T& across, const T& offset) {
   constexpr double kHalfGauge = 0.5 * 1.435;  // m, standard gauge
-  const double slip = speed > 0.0 ? std::min(std::abs(across) / (g.slip_ratio * speed), 1.0) : 0.0;
-  const double far = std::clamp((std::abs(offset) - kHalfGauge) / g.far_distance, 0.0, 1.0);
-  return g.in_line_friction + (g.broadside_friction - g.in_line_friction) * std::max(slip * slip * (3.0 - 2.0 * slip), far);
+  const auto clamped = [](const T& x) { return select(x < T(0.0), T(0.0), select(x > T(1.0), T(1.0), x)); };
+  const auto size = [](const T& x) { return select(x < T(0.0), T(-x), x); };
+  const T slip = select(speed > T(0.0), clamped(size(across) / (g.slip_ratio * speed)), T(0.0));
+  const T far = clamped((size(offset) - kHalfGauge) / g.far_distance), smooth = slip * slip * (3.0 - 2.0 * slip);
+  return g.in_line_friction + (g.broadside_friction - g.in_line_friction) * select(smooth > far, smooth, far);
 }
 
 /// Product of the factors of the patches that (x, y) lies on.

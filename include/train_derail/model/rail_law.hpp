@@ -14,7 +14,8 @@ inline double rail_damping(const inputs::Rails& r, double car_mass) {
 }
 
 /// F = -k_r e - c_r de/dt [N], left positive; e: offset of the truck from the alignment, left positive [m].
-inline double rail_force(const inputs::Rails& r, double damping, double offset, double rate) {
+template <class T>
+T rail_force(const inputs::Rails& r, const T& damping, const T& offset, const T& rate) {
   return -r.stiffness * offset - damping * rate;
 }
 

@@ -41,6 +41,7 @@ class Track {
     return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] != 0;
   }
   void tear(double s);
+  bool torn_anywhere() const { return torn_anywhere_; }
 
  private:
   static constexpr double kBin = 5.0 * inputs::kFoot;
@@ -49,6 +50,7 @@ class Track {
   std::vector<double> alignment_;   // every kBin
   std::vector<Node> nodes_;         // every kBin, if there are curves
   std::vector<unsigned char> torn_;
+  bool torn_anywhere_ = false;
 };
 
 }  // namespace train_derail::model

@@ -1,0 +1,7 @@
+#include "model/extended_kernels_impl.hpp"
+
+namespace train_derail::model {
+
+const ExtendedKernels kExtendedAvx2 = extended_kernels<std::experimental::native_simd<double>>();
+
+}  // namespace train_derail::model

@@ -1,0 +1,7 @@
+#include "model/extended_kernels_impl.hpp"
+
+namespace train_derail::model {
+
+const ExtendedKernels kExtendedPlain = extended_kernels<double>();
+
+}  // namespace train_derail::model
