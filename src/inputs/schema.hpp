@@ -180,11 +180,16 @@ void describe_contact(V& v, C& c) {
 }
 
 template <class V, class P>
-void describe_perturbation(V& v, P& p) {
+void describe_perturbation_sizes(V& v, P& p) {
   v.number("spacing", p.spacing, {"m", "ft", at_least(0)}, "Every car but the first starts set back by this times |N(0,1)|.");
   v.number("yaw_rate", p.yaw_rate, {"1", "", at_least(0)}, "Omega is multiplied by 1 + this times N(0,1).");
   v.number("kick", p.kick, {"m/s", "ft/s", at_least(0)}, "A truck that runs off at the point of derailment gets this times N(0,1) sideways (rails).");
   v.number("alignment", p.alignment, {"m", "ft", at_least(0)}, "Standard deviation of the lateral alignment of the rails.");
+}
+
+template <class V, class P>
+void describe_perturbation(V& v, P& p) {
+  describe_perturbation_sizes(v, p);
   v.integer("seed", p.seed, between(0, 9007199254740992.0), false, "Seed of them all.");
 }
 

@@ -122,8 +122,9 @@ std::string overview(const Results& r) {
       {"runs", fmt::format("{}, of which failed: {}", r.runs.rows.size(), r.failed)},
       {"runs a point", field(r.study, "replicates")},
       {"perturbation of every run",
-       fmt::format("spacing {} m, initial angular velocity {} of itself", digits(perturbation.at("spacing")),
-                   digits(perturbation.at("yaw_rate")))},
+       fmt::format("spacing {} m, initial angular velocity {} of itself, kick {} m/s, alignment {} m",
+                   digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")), digits(perturbation.at("kick")),
+                   digits(perturbation.at("alignment")))},
       {"seed", field(r.study, "seed")},
       {"base scenario", field(r.study.at("scenario"), "title")}};
   if (!r.by_point()) facts.insert(facts.begin() + 1, {"samples", field(r.study, "samples")});

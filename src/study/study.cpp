@@ -60,10 +60,7 @@ void describe_study(V& v, StudyEntry& s) {
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
   v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs a point.");
-  v.group("perturbation", s.perturbation, [](auto& w, auto& p) {
-    w.number("spacing", p.spacing, {"m", "ft", inputs::at_least(0)}, "See initial.perturbation of a scenario.");
-    w.number("yaw_rate", p.yaw_rate, {"1", "", inputs::at_least(0)}, "See initial.perturbation of a scenario.");
-  }, "Sizes; every run has a seed of its own.");
+  v.group("perturbation", s.perturbation, [](auto& w, auto& p) { inputs::describe_perturbation_sizes(w, p); }, "Sizes; every run has a seed of its own.");
   v.texts("outcomes", s.outcomes, "What is summarised and drawn.");
   v.integer("seed", s.seed, inputs::between(0, 9007199254740992.0), false, "Of points and perturbations.");
 }
@@ -191,7 +188,8 @@ std::string to_json(const Study& s) {
   j["engine"] = s.engine == Engine::multibody ? "multibody" : "purpose_built";
   j["samples"] = s.samples;
   j["replicates"] = s.replicates;
-  j["perturbation"] = {{"spacing", s.perturbation.spacing}, {"yaw_rate", s.perturbation.yaw_rate}};
+  j["perturbation"] = {{"spacing", s.perturbation.spacing}, {"yaw_rate", s.perturbation.yaw_rate},
+                       {"kick", s.perturbation.kick}, {"alignment", s.perturbation.alignment}};
   j["seed"] = s.seed;
   j["outcomes"] = s.outcomes;
   for (const Factor& f : s.factors) {
