@@ -148,6 +148,7 @@ void ExtendedModel::locate(const double* y) {
     arc_ = px_;
     offset_ = py_;
   }
+  if (straight && patches_.empty() && (track_.aligned() || !rails_on_)) return;
   for (Eigen::Index i = 0; i < px_.size(); ++i) {
     if (!straight) {
       const Eigen::Vector2d p(px_[i], py_[i]);
@@ -157,7 +158,7 @@ void ExtendedModel::locate(const double* y) {
       tangent_y_[i] = node.tangent.y();
       offset_[i] = (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();
     }
-    if (rails_on_ && on_rails(i)) offset_[i] -= track_.alignment(arc_[i]);
+    if (rails_on_ && on_track_[i] != 0.0) offset_[i] -= track_.alignment(arc_[i]);
     if (!patches_.empty()) patch_[i] = patch_factor(patches_, px_[i], py_[i]);
   }
 }
@@ -264,7 +265,9 @@ void ExtendedModel::leave_rails(double t, double h, double* y) {
   const Eigen::Index n = car_count();
   const bool yields = kernels_->overload(arrays(), h, overloaded_.data());
   kernels_->places(arrays(), y, px_.data(), py_.data());
-  const bool anything = yields || track_.torn_anywhere() || (px_ >= 0.0).any();
+  // Most steps nothing happens: find that out for all trucks together.
+  const bool anything = yields || !track_.straight() ||
+                        (on_track_ > 0.5 && ((arc_ < 0.0 && px_ >= 0.0) || (px_ >= track_.torn_from() && px_ <= track_.torn_to()))).any();
   bool left = false;
   if (anything) {
     for (Eigen::Index i = 0; i < 2 * n; ++i) {

@@ -91,7 +91,8 @@ void Track::tear(double s) {
   const double b = (s - s_min_) * per_torn_bin_;
   if (!(b >= 0.0 && b < static_cast<double>(torn_.size()))) return;
   torn_[static_cast<std::size_t>(b)] = 1;
-  torn_anywhere_ = true;
+  torn_from_ = std::min(torn_from_, s - 1.0 / per_torn_bin_);
+  torn_to_ = std::max(torn_to_, s + 1.0 / per_torn_bin_);
 }
 
 }  // namespace train_derail::model

@@ -29,7 +29,7 @@ class Track {
   /// Lateral deviation of the rails from the centre line, left positive [m].
   double alignment(double s) const {
     if (alignment_.empty()) return 0.0;
-    const double b = (s - s_min_) / kBin;
+    const double b = (s - s_min_) * (1.0 / kBin);
     if (!(b >= 0.0 && b < static_cast<double>(alignment_.size() - 1))) return 0.0;
     const auto i = static_cast<std::size_t>(b);
     return alignment_[i] + (b - static_cast<double>(i)) * (alignment_[i + 1] - alignment_[i]);
@@ -41,7 +41,10 @@ class Track {
     return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] != 0;
   }
   void tear(double s);
-  bool torn_anywhere() const { return torn_anywhere_; }
+  /// Least and largest arc length that may be torn; the first is larger if none is [m].
+  double torn_from() const { return torn_from_; }
+  double torn_to() const { return torn_to_; }
+  bool aligned() const { return alignment_.empty(); }
 
  private:
   static constexpr double kBin = 5.0 * inputs::kFoot;
@@ -50,7 +53,7 @@ class Track {
   std::vector<double> alignment_;   // every kBin
   std::vector<Node> nodes_;         // every kBin, if there are curves
   std::vector<unsigned char> torn_;
-  bool torn_anywhere_ = false;
+  double torn_from_ = inputs::kInfinity, torn_to_ = -inputs::kInfinity;
 };
 
 }  // namespace train_derail::model
