@@ -12,6 +12,7 @@
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/writer.hpp"
+#include "train_derail/outcome/incidents_csv.hpp"
 #include "train_derail/outcome/report.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/simulation/trajectory_csv.hpp"
@@ -24,7 +25,7 @@ using namespace train_derail;
 constexpr int kOk = 0, kOutputFailed = 1, kInputWrong = 2, kIntegrationFailed = 3;
 
 struct Arguments {
-  std::string file, json, csv, bag;
+  std::string file, json, csv, incidents, bag;
   std::vector<std::string> set;
   bool quiet = false;
 };
@@ -58,8 +59,9 @@ double progress_of(const simulation::Simulation& s) {
 int run(const Arguments& a) {
   const inputs::Scenario scenario = read(a);
   // Outputs are opened first: an unwritable path is said before the computing, not after it.
-  std::ofstream csv, json;
+  std::ofstream csv, incidents, json;
   if (!a.csv.empty()) csv = open(a.csv);
+  if (!a.incidents.empty()) incidents = open(a.incidents);
   if (!a.json.empty() && a.json != "-") json = open(a.json);
 
   simulation::Simulation simulation(scenario);
@@ -84,6 +86,10 @@ int run(const Arguments& a) {
 
   const outcome::Outcome outcome = simulation.outcome();
   if (csv.is_open()) close(csv, a.csv);
+  if (incidents.is_open()) {
+    outcome::write_incidents_csv(incidents, simulation.incidents());
+    close(incidents, a.incidents);
+  }
   if (bag) bag->close(simulation);
   if (a.json == "-") {
     std::cout << outcome::to_json(outcome) << "\n";
@@ -132,6 +138,7 @@ int main(int argc, char** argv) {
   add_inputs(run_command);
   run_command->add_option("--json", a.json, "Write the outcome as JSON in SI units; - is standard output");
   run_command->add_option("--csv", a.csv, "Write the states of cars and couplers on the output grid");
+  run_command->add_option("--incidents", a.incidents, "Write what happened: trucks off the rails, broken couplers, impacts (CSV)");
   run_command->add_option("--bag", a.bag, "Record what the node would publish; a folder: named by date");
   run_command->add_flag("--quiet", a.quiet, "No progress and no table");
   CLI::App* check_command = app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");

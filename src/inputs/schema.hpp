@@ -196,7 +196,7 @@ void describe_perturbation(V& v, P& p) {
 template <class V, class I>
 void describe_initial(V& v, I& i) {
   v.number("speed", i.speed, required({"m/s", "mph", at_least(0)}), "V of all cars, forward along the track.");
-  v.number("yaw_rate", i.yaw_rate, required({"rad/s", "", any()}), "Omega of the first car to derail, counter-clockwise.");
+  v.number("yaw_rate", i.yaw_rate, required({"rad/s", "", any()}), "Omega of the first car to derail, counter-clockwise; on rails (on_track_law) about its rear truck.");
   v.integer("cars_ahead", i.cars_ahead, between(0, kCarsMax - 1), false, "Cars of the consist that have passed the point of derailment unharmed (rails).");
   v.group("perturbation", i.perturbation, [](auto& w, auto& p) { describe_perturbation(w, p); }, "Small random differences between members of an ensemble.");
 }

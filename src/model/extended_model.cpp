@@ -95,8 +95,14 @@ ExtendedModel::~ExtendedModel() = default;
 
 StateVector ExtendedModel::initial_state() const {
   StateVector state = TrainModel::initial_state();
-  if (track_.straight()) return state;
+  if (!rails_on_) return state;
   MotionMap m = motion(state.data(), car_count());
+  // The front truck of the first car to derail has come to the point of derailment; the car turns about its rear truck, which
+  // still stands on the rails.
+  const Eigen::Index first = initial_.cars_ahead;
+  m.col(X) -= half_spacing_[first];
+  m(first, VY) = m(first, OMEGA) * half_spacing_[first];
+  if (track_.straight()) return state;
   for (Eigen::Index k = 0; k < car_count(); ++k) {
     // Both truck centres on the centre line, the car turning with the track.
     const Track::Node front = track_.at(m(k, X) + half_spacing_[k]), rear = track_.at(m(k, X) - half_spacing_[k]);
@@ -106,8 +112,9 @@ StateVector ExtendedModel::initial_state() const {
     m(k, X) = centre.x();
     m(k, Y) = centre.y();
     m(k, THETA) = std::atan2(chord.y(), chord.x());
-    m(k, VX) = velocity.x();
-    m(k, VY) = velocity.y();
+    const double lateral = m(k, VY);
+    m(k, VX) = velocity.x() - lateral * chord.normalized().y();
+    m(k, VY) = velocity.y() + lateral * chord.normalized().x();
     m(k, OMEGA) += (chord.x() * turning.y() - chord.y() * turning.x()) / chord.squaredNorm();
   }
   return state;

@@ -26,7 +26,9 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) : s_m
   const auto bins = static_cast<std::size_t>(std::ceil((s_max - s_min) / kBin)) + 2;
   if (scenario.rails.torn_length > 0.0) {
     per_torn_bin_ = 1.0 / scenario.rails.torn_length;
-    torn_.assign(static_cast<std::size_t>((s_max - s_min) * per_torn_bin_) + 1, 0);
+    // A bin begins at the point of derailment: what leaves the rails there does not tear up the track before it.
+    torn_behind_ = std::ceil(-s_min * per_torn_bin_);
+    torn_.assign(static_cast<std::size_t>(torn_behind_ + s_max * per_torn_bin_) + 1, 0);
   }
 
   const inputs::Perturbation& p = scenario.initial.perturbation;
@@ -88,7 +90,7 @@ double Track::foot(const Eigen::Vector2d& p, double s) const {
 }
 
 void Track::tear(double s) {
-  const double b = (s - s_min_) * per_torn_bin_;
+  const double b = s * per_torn_bin_ + torn_behind_;
   if (!(b >= 0.0 && b < static_cast<double>(torn_.size()))) return;
   torn_[static_cast<std::size_t>(b)] = 1;
   torn_from_ = std::min(torn_from_, s - 1.0 / per_torn_bin_);

@@ -149,6 +149,7 @@ PileUp Monitor::pile_up(const double* y) const {
   bg::model::multi_point<Point> corners;
   PileUp p;
   bool beside = false;
+  std::vector<std::pair<double, double>> extents;  // of the counted cars along x
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
     const bool counted = model_.derailed(k) || off_track(k);
     if (counted && !beside) ++p.groups;
@@ -156,6 +157,8 @@ PileUp Monitor::pile_up(const double* y) const {
     if (!counted) continue;
     const model::Footprint f = footprint(k, model_.car_motion(y, k));
     if (std::abs(f.axis.x()) < 0.5) ++p.cars_across;
+    const double reach = f.reach(Eigen::Vector2d::UnitX());
+    extents.emplace_back(f.centre.x() - reach, f.centre.x() + reach);
     for (const double i : {-1.0, 1.0}) {
       for (const double j : {-1.0, 1.0}) {
         const Eigen::Vector2d c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
@@ -167,6 +170,16 @@ PileUp Monitor::pile_up(const double* y) const {
   const auto box = bg::return_envelope<bg::model::box<Point>>(corners);
   p.length = box.max_corner().x() - box.min_corner().x();
   p.width = box.max_corner().y() - box.min_corner().y();
+  std::sort(extents.begin(), extents.end());
+  for (std::size_t i = 0; i < extents.size();) {
+    const std::size_t first = i;
+    double end = extents[i].second;
+    for (++i; i < extents.size() && extents[i].first <= end + kPileGap; ++i) end = std::max(end, extents[i].second);
+    if (const auto cars = static_cast<int>(i - first); cars > p.main_cars) {
+      p.main_cars = cars;
+      p.main_length = end - extents[first].first;
+    }
+  }
   bg::model::polygon<Point> hull;
   bg::convex_hull(corners, hull);
   p.area = bg::area(hull);

@@ -51,6 +51,8 @@ std::string to_json(const Outcome& o) {
   j["pile_up_length"] = o.pile_up.length;
   j["pile_up_width"] = o.pile_up.width;
   j["pile_up_area"] = o.pile_up.area;
+  j["main_pile_cars"] = o.pile_up.main_cars;
+  j["main_pile_length"] = o.pile_up.main_length;
   j["cars_across"] = o.pile_up.cars_across;
   j["groups"] = o.pile_up.groups;
   j["energy_initial"] = o.energy_initial;
@@ -124,6 +126,7 @@ std::string to_table(const Outcome& o) {
   if (o.blockage_force > 0.0) row("blockage force, mean", force(o.blockage_force));
   row("pile-up length", length(o.pile_up.length));
   row("pile-up width", length(o.pile_up.width));
+  row("  of it, the largest heap", length(o.pile_up.main_length), fmt::format("{} cars", o.pile_up.main_cars));
   row("site area", fmt::format("{:10.0f} m^2   {:8.0f} ft^2", o.pile_up.area, o.pile_up.area / (inputs::kFoot * inputs::kFoot)),
       fmt::format("{} cars at more than 60 degrees", o.pile_up.cars_across));
   row("energy at the start", energy(o.energy_initial));

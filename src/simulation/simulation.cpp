@@ -279,4 +279,10 @@ outcome::Outcome Simulation::outcome() const {
 
 const std::vector<outcome::Closing>& Simulation::touches() const { return impl_->monitor.touches(); }
 
+const model::Incidents& Simulation::incidents() const {
+  static const model::Incidents none;
+  const model::Incidents* incidents = impl_->model.incidents();
+  return incidents != nullptr ? *incidents : none;
+}
+
 }  // namespace train_derail::simulation

@@ -37,7 +37,7 @@ class Track {
 
   bool torn(double s) const {
     if (torn_.empty()) return false;
-    const double b = (s - s_min_) * per_torn_bin_;
+    const double b = s * per_torn_bin_ + torn_behind_;
     return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] != 0;
   }
   void tear(double s);
@@ -49,7 +49,7 @@ class Track {
  private:
   static constexpr double kBin = 5.0 * inputs::kFoot;
 
-  double s_min_, per_torn_bin_ = 0.0;
+  double s_min_, per_torn_bin_ = 0.0, torn_behind_ = 0.0;  // m, 1/m, bins before the point of derailment
   std::vector<double> alignment_;   // every kBin
   std::vector<Node> nodes_;         // every kBin, if there are curves
   std::vector<unsigned char> torn_;

@@ -49,7 +49,10 @@ struct PileUp {
   double area = 0.0;    // of the convex hull [m^2]
   int cars_across = 0;  // stand at more than 60 degrees to x
   int groups = 0;       // of derailed cars next to each other in the train
+  int main_cars = 0;         // in the largest heap: along x no gap in it is longer than kPileGap
+  double main_length = 0.0;  // of that heap, along x [m]
 };
+inline constexpr double kPileGap = 15.0;  // m
 
 /// Bodies that hit each other (contact.law); those that close at less than 1 mph are not counted.
 struct Impacts {

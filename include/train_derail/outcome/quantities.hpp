@@ -18,7 +18,7 @@ struct Quantity {
   double (*value)(const Outcome&);
 };
 
-inline constexpr std::array<Quantity, 21> kQuantities{{
+inline constexpr std::array<Quantity, 23> kQuantities{{
     {"cars_past_pod", "1", "cars", 1.0, "cars past the point of derailment", [](const Outcome& o) { return double(o.cars_past_pod); }},
     {"cars_off_track", "1", "cars", 1.0, "cars off the track", [](const Outcome& o) { return double(o.cars_off_track); }},
     {"closing_speed_max", "m/s", "mph", inputs::kMph, "largest closing speed at touch", [](const Outcome& o) { return o.closing_speed_max.speed; }},
@@ -36,6 +36,8 @@ inline constexpr std::array<Quantity, 21> kQuantities{{
     {"impact_speed_max", "m/s", "mph", inputs::kMph, "largest normal closing speed of an impact", [](const Outcome& o) { return o.impacts.closing_normal_max; }},
     {"impact_force_peak", "N", "kip", inputs::kKip, "peak force of an impact", [](const Outcome& o) { return o.impacts.peak_force; }},
     {"pile_up_area", "m2", "ft2", inputs::kFoot * inputs::kFoot, "area of the site", [](const Outcome& o) { return o.pile_up.area; }},
+    {"main_pile_cars", "1", "cars", 1.0, "cars in the largest heap", [](const Outcome& o) { return double(o.pile_up.main_cars); }},
+    {"main_pile_length", "m", "ft", inputs::kFoot, "length of the largest heap", [](const Outcome& o) { return o.pile_up.main_length; }},
     {"cars_across", "1", "cars", 1.0, "cars at more than 60 degrees", [](const Outcome& o) { return double(o.pile_up.cars_across); }},
     {"groups", "1", "groups", 1.0, "separate groups of derailed cars", [](const Outcome& o) { return double(o.pile_up.groups); }},
     {"blockage_force", "N", "kip", inputs::kKip, "mean blockage force", [](const Outcome& o) { return o.blockage_force; }},

@@ -65,6 +65,8 @@ class Simulation {
   outcome::Outcome outcome() const;
   /// First touches of two cars so far, in the order of time; valid until the next call that is not const.
   const std::vector<outcome::Closing>& touches() const;
+  /// Trucks that left the rails, broken couplers, impacts so far; empty for the paper's model, which notes nothing itself.
+  const model::Incidents& incidents() const;
 
  private:
   struct Impl;
