@@ -9,6 +9,7 @@
 #include <Simbody.h>
 
 #include "multibody/observer.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/model/train.hpp"
 
@@ -409,8 +410,13 @@ struct Engine::Impl {
   }
 };
 
-Engine::Engine(const inputs::Scenario& scenario, const Options& options)
-    : impl_(std::make_unique<Impl>(scenario, options)) {}
+Engine::Engine(const inputs::Scenario& scenario, const Options& options) {
+  const std::string part = inputs::first_part_beyond_the_paper(scenario);
+  if (!part.empty()) {
+    throw inputs::InputError("scenario", part, "", "the multibody engine has no such part", "the paper's model alone");
+  }
+  impl_ = std::make_unique<Impl>(scenario, options);
+}
 Engine::~Engine() = default;
 Engine::Engine(Engine&&) noexcept = default;
 Engine& Engine::operator=(Engine&&) noexcept = default;

@@ -23,6 +23,7 @@ const char* to_text(inputs::OnTrackLaw law) {
     case inputs::OnTrackLaw::isotropic: return "isotropic";
     case inputs::OnTrackLaw::along_track: return "along_track";
     case inputs::OnTrackLaw::guided: return "guided";
+    case inputs::OnTrackLaw::rails: return "rails";
   }
   return "";
 }
@@ -32,6 +33,7 @@ const char* to_text(inputs::Method method) {
     case inputs::Method::cash_karp: return "cash_karp";
     case inputs::Method::dormand_prince: return "dormand_prince";
     case inputs::Method::bdf: return "bdf";
+    case inputs::Method::semi_implicit: return "semi_implicit";
   }
   return "";
 }

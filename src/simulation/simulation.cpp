@@ -256,13 +256,13 @@ Snapshot Simulation::snapshot() const {
   s.time = impl_->time;
   for (Eigen::Index k = 0; k < m.car_count(); ++k) {
     s.cars.push_back({q(k, model::X), q(k, model::Y), q(k, model::THETA), q(k, model::VX), q(k, model::VY),
-                      q(k, model::OMEGA), m.derailed(k), impl_->monitor.off_track(k),
-                      m.front_truck(y, k).position.y(), m.rear_truck(y, k).position.y()});
+                      q(k, model::OMEGA), m.past_pod(k), impl_->monitor.off_track(k),
+                      m.front_truck(y, k).position.y(), m.rear_truck(y, k).position.y(), m.derailed(k)});
   }
   for (Eigen::Index i = 0; i < m.coupler_count(); ++i) {
     const model::CouplerState<double> b = m.coupler(y, i);
     s.couplers.push_back({b.gap, std::atan2(b.uy, b.ux), b.axial, b.lateral, b.swing_lead, b.swing_trail,
-                          b.moment_lead, b.moment_trail});
+                          b.moment_lead, b.moment_trail, m.broken(i)});
   }
   return s;
 }

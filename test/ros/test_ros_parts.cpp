@@ -192,9 +192,9 @@ TEST(Frames, NumbersHaveThreeDigitsAtLeast) {
 }
 
 simulation::CarSnapshot car(double x, bool past_pod, bool off_track) {
-  return {x, 0.0, 0.0, 10.0, 0.0, 0.0, past_pod, off_track, 0.0, 0.0};
+  return {x, 0.0, 0.0, 10.0, 0.0, 0.0, past_pod, off_track, 0.0, 0.0, past_pod};
 }
-simulation::CouplerSnapshot coupler(double force) { return {1.2, 0.0, force, 0.0, 0.0, 0.0, 0.0, 0.0}; }
+simulation::CouplerSnapshot coupler(double force) { return {1.2, 0.0, force, 0.0, 0.0, 0.0, 0.0, 0.0, false}; }
 
 TEST(EventDetector, SaysOnceWhatHappens) {
   EventDetector detector(1000.0);

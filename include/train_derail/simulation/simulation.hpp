@@ -16,6 +16,7 @@ struct CarSnapshot {
   bool past_pod;                            // has passed the point of derailment
   bool off_track;                           // counts as off the track
   double front_truck_offset, rear_truck_offset;  // y of the truck centres, left positive [m]
+  bool derailed;                           // a truck is off the rails (without rails that yield: past_pod)
 };
 
 /// Coupler i (from 0) joins cars[i] (lead) and cars[i + 1] (trail).
@@ -26,6 +27,7 @@ struct CouplerSnapshot {
   double lateral_force;              // E [N]
   double swing_lead, swing_trail;    // gamma at either end [rad]
   double moment_lead, moment_trail;  // m on either car [N m]
+  bool broken;                       // carries nothing any more
 };
 
 struct Snapshot {
