@@ -150,23 +150,26 @@ void ExtendedModel::start(const double* y) {
 
 void ExtendedModel::locate(const double* y) {
   kernels_->places(arrays(), y, px_.data(), py_.data());
-  const bool straight = track_.straight();
-  if (straight) {
+  const Eigen::Index trucks = px_.size();
+  if (track_.straight()) {
     arc_ = px_;
     offset_ = py_;
-  }
-  if (straight && patches_.empty() && (track_.aligned() || !rails_on_)) return;
-  for (Eigen::Index i = 0; i < px_.size(); ++i) {
-    if (!straight) {
-      const Eigen::Vector2d p(px_[i], py_[i]);
-      arc_[i] = track_.foot(p, arc_[i]);
+  } else {
+    for (Eigen::Index i = 0; i < trucks; ++i) {
+      arc_[i] = track_.foot({px_[i], py_[i]}, arc_[i]);
       const Track::Node node = track_.at(arc_[i]);
       tangent_x_[i] = node.tangent.x();
       tangent_y_[i] = node.tangent.y();
-      offset_[i] = (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();
+      offset_[i] = (py_[i] - node.point.y()) * node.tangent.x() - (px_[i] - node.point.x()) * node.tangent.y();
     }
-    if (rails_on_ && on_track_[i] != 0.0) offset_[i] -= track_.alignment(arc_[i]);
-    if (!patches_.empty()) patch_[i] = patch_factor(patches_, px_[i], py_[i]);
+  }
+  if (rails_on_ && !track_.aligned()) {
+    const double *s = arc_.data(), *held = on_track_.data();
+    double* offset = offset_.data();
+    for (Eigen::Index i = 0; i < trucks; ++i) offset[i] -= held[i] * track_.alignment(s[i]);
+  }
+  if (!patches_.empty()) {
+    for (Eigen::Index i = 0; i < trucks; ++i) patch_[i] = patch_factor(patches_, px_[i], py_[i]);
   }
 }
 

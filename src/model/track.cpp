@@ -38,6 +38,7 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) : s_m
     boost::random::mt19937_64 generator(static_cast<std::uint64_t>(p.seed) ^ 0xa11941e47ULL);
     boost::random::normal_distribution<double> normal(0.0, p.alignment);
     alignment_.resize(bins);
+    last_bin_ = static_cast<double>(bins - 2);
     double from = normal(generator), to = normal(generator);
     for (std::size_t i = 0; i < bins; ++i) {
       if (i > 0 && i % kBinsPerKnot == 0) {

@@ -2,6 +2,8 @@
 // the scenario has curves; x = 0 is the point of derailment and arc length s grows in the direction of travel.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -29,10 +31,10 @@ class Track {
   /// Lateral deviation of the rails from the centre line, left positive [m].
   double alignment(double s) const {
     if (alignment_.empty()) return 0.0;
-    const double b = (s - s_min_) * (1.0 / kBin);
-    if (!(b >= 0.0 && b < static_cast<double>(alignment_.size() - 1))) return 0.0;
-    const auto i = static_cast<std::size_t>(b);
-    return alignment_[i] + (b - static_cast<double>(i)) * (alignment_[i + 1] - alignment_[i]);
+    const double b = std::min(std::max((s - s_min_) * (1.0 / kBin), 0.0), last_bin_);
+    const auto i = static_cast<std::ptrdiff_t>(b);
+    const double* table = alignment_.data() + i;
+    return table[0] + (b - static_cast<double>(i)) * (table[1] - table[0]);
   }
 
   bool torn(double s) const {
@@ -44,13 +46,15 @@ class Track {
   /// Least and largest arc length that may be torn; the first is larger if none is [m].
   double torn_from() const { return torn_from_; }
   double torn_to() const { return torn_to_; }
+  /// The rails are where they should be.
   bool aligned() const { return alignment_.empty(); }
 
  private:
   static constexpr double kBin = 5.0 * inputs::kFoot;
 
   double s_min_, per_torn_bin_ = 0.0, torn_behind_ = 0.0;  // m, 1/m, bins before the point of derailment
-  std::vector<double> alignment_;   // every kBin
+  std::vector<double> alignment_;   // every kBin; the same beyond the ends as at them
+  double last_bin_ = 0.0;
   std::vector<Node> nodes_;         // every kBin, if there are curves
   std::vector<unsigned char> torn_;
   double torn_from_ = inputs::kInfinity, torn_to_ = -inputs::kInfinity;
