@@ -1,0 +1,207 @@
+#!/usr/bin/python3
+"""Runs the accidents of config/accidents and writes the tables of docs/accidents.md and docs/accident_model.md.
+
+  accident_table.py run            Markdown: every accident of docs/data/accidents.csv against an ensemble of its scenario
+  accident_table.py study DIR ...  Markdown: medians of the studies in DIR (derail study), a row a point
+  accident_table.py parts FILE     copies the parts of the scenario FILE into every config/accidents/*.yaml
+
+--fill PAGE writes what the command prints between `<!-- begin: COMMAND ... -->` and `<!-- end -->` of a page of docs.
+Exit codes: 0 done, 1 a run failed, 2 something is wrong with a file.
+"""
+
+import argparse
+import csv
+import glob
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+import yaml
+
+ROOT = os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir)
+ACCIDENTS = os.path.join(ROOT, 'config', 'accidents')
+FOOT = 0.3048
+WIDTH = 10.0 * FOOT
+PILE_GAP = 100.0 * FOOT  # between derailed cars: what lies farther apart is not one pile
+MARK = '# Parts, as config/accident.yaml:'
+GROUPS = ('coupler', 'ground', 'rails', 'brakes', 'contact', 'outcome', 'solver')
+
+
+class WrongFile(Exception):
+    """Something is missing from a file; the text says which."""
+
+
+def band(values):
+    low, middle, high = np.percentile(values, (5, 50, 95))
+    return f'{middle:.0f} ({low:.0f} to {high:.0f})'
+
+
+def row(*cells):
+    return '| ' + ' | '.join(str(c) for c in cells) + ' |'
+
+
+def main_pile(states, lengths):
+    """Length along the track [m] of the largest group of derailed cars that no gap of PILE_GAP divides, at the end of a run."""
+    with open(states, encoding='utf-8', newline='') as file:
+        rows = list(csv.DictReader(file))
+    spans = []
+    for r in rows[-len(lengths):]:
+        if r['past_pod'] == '1' or r['off_track'] == '1':
+            theta, x = float(r['theta_rad']), float(r['x_m'])
+            half = 0.5 * (lengths[int(r['car']) - 1] * abs(np.cos(theta)) + WIDTH * abs(np.sin(theta)))
+            spans.append((x - half, x + half))
+    groups = []
+    for start, end in sorted(spans):
+        if groups and start - groups[-1][1] < PILE_GAP:
+            groups[-1] = [groups[-1][0], max(end, groups[-1][1]), groups[-1][2] + 1]
+        else:
+            groups.append([start, end, 1])
+    start, end, _ = max(groups, key=lambda g: g[2])
+    return end - start
+
+
+def outcomes(arguments, name, lengths):
+    """Outcomes of the accident's scenario, one a seed."""
+    command = [arguments.derail, 'run', os.path.join(ACCIDENTS, name + '.yaml'), '--quiet', '--json', '-', '--set', 'output.interval=10']
+    for change in arguments.set:
+        command += ['--set', change]
+    with tempfile.TemporaryDirectory() as folder:
+        states = os.path.join(folder, 'states.csv')
+        for seed in range(1, arguments.seeds + 1):
+            done = subprocess.run(command + ['--csv', states, '--set', f'initial.perturbation.seed={seed}'], capture_output=True,
+                                  text=True, check=False)
+            if done.returncode != 0:
+                raise subprocess.CalledProcessError(done.returncode, ' '.join(command), stderr=done.stderr)
+            yield {**json.loads(done.stdout), 'main_pile': main_pile(states, lengths)}
+
+
+def run(arguments):
+    path = os.path.join(ROOT, 'docs', 'data', 'accidents.csv')
+    with open(path, encoding='utf-8', newline='') as file:
+        accidents = [a for a in csv.DictReader(file) if not arguments.only or a['file'] in arguments.only]
+    lines = [row('accident', 'mph', 'vehicles from the first to derail', 'derailed', 'predicted: median (5 to 95 %)', 'site, ft',
+                 'predicted main pile, ft', 'cars across', 'remarks'), row(*['---'] * 9)]
+    errors, inside = [], 0
+    for a in accidents:
+        with open(os.path.join(ACCIDENTS, a['file'] + '.yaml'), encoding='utf-8') as file:
+            scenario = yaml.safe_load(file)
+        behind = sum(b['count'] for b in scenario['consist']) - scenario['initial']['cars_ahead']
+        lengths = [float(b['length'].split()[0]) * FOOT for b in scenario['consist'] for _ in range(b['count'])]
+        runs = list(outcomes(arguments, a['file'], lengths))
+        counts, real = [o['cars_derailed'] for o in runs], int(a['derailed'])
+        low, middle, high = np.percentile(counts, (5, 50, 95))
+        errors.append(middle - real)
+        inside += bool(low <= real <= high)
+        lines.append(row(f'[{a["label"]}](../config/accidents/{a["file"]}.yaml)', scenario['initial']['speed'].split()[0], behind, real,
+                         band(counts), a['site_length_ft'] or '-', band([o['main_pile'] / FOOT for o in runs]),
+                         f'{np.median([o["cars_across"] for o in runs]):.0f}', a['comment']))
+    errors = np.array(errors)
+    lines += ['', f'{len(errors)} accidents, {arguments.seeds} runs each. Median less real count: mean {errors.mean():+.1f}, mean of the '
+              f'magnitudes {np.abs(errors).mean():.1f}, largest {errors[np.abs(errors).argmax()]:+.0f}. The real count lies within the 5 to '
+              f'95 % of the seeds in {inside} of {len(errors)}.']
+    return '\n'.join(lines) + '\n'
+
+
+def study(arguments):
+    lines = []
+    for folder in arguments.what:
+        try:
+            with open(os.path.join(folder, 'about.json'), encoding='utf-8') as file:
+                columns = json.load(file)['columns']
+            with open(os.path.join(folder, 'study.json'), encoding='utf-8') as file:
+                about = json.load(file)
+            with open(os.path.join(folder, 'runs.csv'), encoding='utf-8', newline='') as file:
+                runs = [r for r in csv.DictReader(file) if r['ended'] != 'integration_failed']
+        except FileNotFoundError as e:
+            raise WrongFile(f'{e.filename}: missing; `derail study` writes it') from None
+        shown = {k: c['shown_unit'] if c.get('shown_unit') else '' for k, c in columns.items()}
+        factors = about['factors']
+        points = {}
+        for r in runs:
+            points.setdefault(int(r['point']), []).append(r)
+        base = points[0][0]
+        lines += [row('changed', 'to', *(q.replace('_', ' ') + (f', {shown[q]}' if shown[q] not in ('', 'cars') else '') for q in about['outcomes'])),
+                  row(*['---'] * (2 + len(about['outcomes'])))]
+        for _, members in sorted(points.items()):
+            changed = [f for f in factors if members[0][f['key']] != base[f['key']]]
+            what, to = ('nothing', '') if not changed else (changed[0]['label'], written(members[0][changed[0]['key']], columns[changed[0]['key']]))
+            lines.append(row(what, to, *(band([float(m[q]) / float(columns[q]['per_shown']) for m in members]) for q in about['outcomes'])))
+        lines += ['', f'{about["title"]}: {about["replicates"]} runs a row.', '']
+    return '\n'.join(lines[:-1]) + '\n'
+
+
+def written(text, column):
+    try:
+        return f'{float(text) / float(column["per_shown"]):.6g} {column.get("shown_unit") or ""}'.strip()
+    except ValueError:
+        return text
+
+
+def parts(arguments):
+    """The lines that hold the parts of a scenario, without comments."""
+    with open(arguments.what[0], encoding='utf-8') as file:
+        source = yaml.safe_load(file)
+    initial = source['initial']
+    sizes = ', '.join(f'{k}: {v}' for k, v in initial['perturbation'].items())
+    motion = f'  {MARK}\n  yaw_rate: {initial["yaw_rate"]}\n  perturbation: {{{sizes}}}\n'
+    for path in sorted(glob.glob(os.path.join(ACCIDENTS, '*.yaml'))):
+        with open(path, encoding='utf-8') as file:
+            text = file.read()
+        own = re.search(r'^  emergency_time:.*\n', text, re.M)  # of the accident
+        text, found = re.subn(rf'^  {re.escape(MARK)}\n(  .*\n)*', lambda _: motion, text, flags=re.M)
+        at = text.find('\n' + MARK)
+        if found != 1 or at < 0:
+            raise WrongFile(f'{path}: no lines "{MARK}"')
+        groups = []
+        for group in GROUPS:
+            keys = {k: v for k, v in source.get(group, {}).items() if k != 'emergency_time'}
+            lines = ''.join(f'  {k}: {".inf" if v == float("inf") else v}\n' for k, v in keys.items())
+            groups.append(f'{group}:\n{lines}' + (own[0] if own and group == 'brakes' else ''))
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(text[:at + 1] + MARK + '\n' + '\n'.join(groups))
+    return ''
+
+
+COMMANDS = {f.__name__: f for f in (run, study, parts)}
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument('command', choices=COMMANDS)
+    p.add_argument('what', nargs='*', metavar='FILE', help='a scenario, or folders of studies')
+    p.add_argument('--derail', default='derail', help='the program')
+    p.add_argument('--seeds', default=10, type=int, help='runs an accident')
+    p.add_argument('--only', action='append', default=[], metavar='NAME', help='accident to run, by its file; may be repeated')
+    p.add_argument('--set', action='append', default=[], metavar='KEY=VALUE', help='input to change in all accidents; may be repeated')
+    p.add_argument('--fill', metavar='PAGE', help='page of docs to write into; the mark names the command and the folders\' last parts')
+    arguments = p.parse_args()
+    if (arguments.command == 'run') != (not arguments.what):
+        p.error('run takes no files, study and parts need them')
+    try:
+        text = COMMANDS[arguments.command](arguments)
+        if not arguments.fill:
+            print(text, end='')
+            return 0
+        mark = ' '.join([arguments.command] + [os.path.basename(os.path.normpath(f)) for f in arguments.what])
+        with open(arguments.fill, encoding='utf-8') as file:
+            page = file.read()
+        page, found = re.subn(rf'(<!-- begin: {re.escape(mark)} -->\n).*?(<!-- end -->)', lambda m: f'{m[1]}\n{text}\n{m[2]}', page, flags=re.S)
+        if found != 1:
+            raise WrongFile(f'{arguments.fill}: {found} times "<!-- begin: {mark} -->"')
+        with open(arguments.fill, 'w', encoding='utf-8') as file:
+            file.write(page)
+    except (WrongFile, OSError) as e:
+        print(f'accident_table.py: {e}', file=sys.stderr)
+        return 2
+    except subprocess.CalledProcessError as e:
+        print(f'accident_table.py: {e}\n{e.stderr}', file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
