@@ -26,7 +26,8 @@ ROOT = os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir)
 ACCIDENTS = os.path.join(ROOT, 'config', 'accidents')
 FOOT = 0.3048
 WIDTH = 10.0 * FOOT
-PILE_GAP = 100.0 * FOOT  # between derailed cars: what lies farther apart is not one pile
+TURNED = np.radians(30.0)
+PILE_GAP = 100.0 * FOOT
 MARK = '# Parts, as config/accident.yaml:'
 GROUPS = ('coupler', 'ground', 'rails', 'brakes', 'contact', 'outcome', 'solver')
 
@@ -45,13 +46,13 @@ def row(*cells):
 
 
 def main_pile(states, lengths):
-    """Length along the track [m] of the largest group of derailed cars that no gap of PILE_GAP divides, at the end of a run."""
+    """Length along x [m], at the end of a run, of the largest group of cars turned by TURNED or more that no gap of PILE_GAP divides."""
     with open(states, encoding='utf-8', newline='') as file:
         rows = list(csv.DictReader(file))
     spans = []
     for r in rows[-len(lengths):]:
-        if r['past_pod'] == '1' or r['off_track'] == '1':
-            theta, x = float(r['theta_rad']), float(r['x_m'])
+        theta, x = float(r['theta_rad']), float(r['x_m'])
+        if abs(np.sin(theta)) > np.sin(TURNED):
             half = 0.5 * (lengths[int(r['car']) - 1] * abs(np.cos(theta)) + WIDTH * abs(np.sin(theta)))
             spans.append((x - half, x + half))
     groups = []
@@ -60,7 +61,7 @@ def main_pile(states, lengths):
             groups[-1] = [groups[-1][0], max(end, groups[-1][1]), groups[-1][2] + 1]
         else:
             groups.append([start, end, 1])
-    start, end, _ = max(groups, key=lambda g: g[2])
+    start, end, _ = max(groups, key=lambda g: g[2], default=(0.0, 0.0, 0))
     return end - start
 
 
@@ -84,7 +85,7 @@ def run(arguments):
     with open(path, encoding='utf-8', newline='') as file:
         accidents = [a for a in csv.DictReader(file) if not arguments.only or a['file'] in arguments.only]
     lines = [row('accident', 'mph', 'vehicles from the first to derail', 'derailed', 'predicted: median (5 to 95 %)', 'site, ft',
-                 'predicted main pile, ft', 'cars across', 'remarks'), row(*['---'] * 9)]
+                 'predicted pile, ft', 'cars across', 'remarks'), row(*['---'] * 9)]
     errors, inside = [], 0
     for a in accidents:
         with open(os.path.join(ACCIDENTS, a['file'] + '.yaml'), encoding='utf-8') as file:
