@@ -119,27 +119,33 @@ def study(arguments):
                 runs = [r for r in csv.DictReader(file) if r['ended'] != 'integration_failed']
         except FileNotFoundError as e:
             raise WrongFile(f'{e.filename}: missing; `derail study` writes it') from None
-        shown = {k: c['shown_unit'] if c.get('shown_unit') else '' for k, c in columns.items()}
         factors = about['factors']
         points = {}
         for r in runs:
             points.setdefault(int(r['point']), []).append(r)
         base = points[0][0]
-        lines += [row('changed', 'to', *(q.replace('_', ' ') + (f', {shown[q]}' if shown[q] not in ('', 'cars') else '') for q in about['outcomes'])),
-                  row(*['---'] * (2 + len(about['outcomes'])))]
+        lines += [row('changed', *(heading(q, columns[q]['shown_unit']) for q in about['outcomes'])),
+                  row(*['---'] * (1 + len(about['outcomes'])))]
         for _, members in sorted(points.items()):
-            changed = [f for f in factors if members[0][f['key']] != base[f['key']]]
-            what, to = ('nothing', '') if not changed else (changed[0]['label'], written(members[0][changed[0]['key']], columns[changed[0]['key']]))
-            lines.append(row(what, to, *(band([float(m[q]) / float(columns[q]['per_shown']) for m in members]) for q in about['outcomes'])))
+            changed = [f'{f["label"]}: {written(members[0][f["key"]], columns[f["key"]])}' for f in factors
+                       if members[0][f['key']] != base[f['key']]]
+            lines.append(row(', '.join(changed) or 'nothing',
+                             *(band([float(m[q]) / float(columns[q]['per_shown']) for m in members]) for q in about['outcomes'])))
         lines += ['', f'{about["title"]}: {about["replicates"]} runs a row.', '']
     return '\n'.join(lines[:-1]) + '\n'
 
 
+def heading(quantity, unit):
+    words = quantity.replace('_', ' ')
+    return f'{words}, {unit}' if unit and unit not in words else words
+
+
 def written(text, column):
     try:
-        return f'{float(text) / float(column["per_shown"]):.6g} {column.get("shown_unit") or ""}'.strip()
+        number = float(text.replace('.inf', 'inf')) / float(column['per_shown'])
     except ValueError:
         return text
+    return 'none' if number == float('inf') else f'{number:.6g} {column["shown_unit"]}'.strip()
 
 
 def parts(arguments):
