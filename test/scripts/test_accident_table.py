@@ -1,0 +1,133 @@
+#!/usr/bin/python3
+"""accident_table.py; and the scenarios of config/ that no other test reads: they are valid and hold the same parts.
+
+  test_accident_table.py path/to/derail
+"""
+
+import argparse
+import csv
+import glob
+import os
+import shutil
+import subprocess
+
+import numpy as np
+import yaml
+
+from plot_testing import PlotTest, run_tests, script
+
+import accident_table
+
+CONFIG = os.path.join(accident_table.ROOT, 'config')
+FOOT = accident_table.FOOT
+STUDY = """
+title: Tiny
+scenario: scenario.yaml
+plan: grid
+factors:
+  - {key: initial.speed, label: speed, values: [20 mph, 30 mph]}
+  - {key: coupler.swing_moment_max, label: plateau, values: [.inf, 5e4 lbf ft]}
+replicates: 3
+perturbation: {spacing: 3 mm}
+outcomes: [cars_off_track, coupler_force_peak]
+"""
+
+
+def parts_of(scenario):
+    """What all accidents have in common."""
+    parts = {g: {k: v for k, v in scenario[g].items() if k != 'emergency_time'} for g in accident_table.GROUPS}
+    return parts, {k: scenario['initial'][k] for k in ('yaw_rate', 'perturbation')}
+
+
+def accidents():
+    return sorted(glob.glob(os.path.join(CONFIG, 'accidents', '*.yaml')))
+
+
+def load(path):
+    with open(path, encoding='utf-8') as file:
+        return yaml.safe_load(file)
+
+
+class AccidentTable(PlotTest):
+    def test_every_scenario_that_ships_is_valid(self):
+        for path in glob.glob(os.path.join(CONFIG, '*.yaml')) + accidents():
+            done = subprocess.run([self.program, 'check', path], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_every_accident_has_the_parts_of_the_preset_and_a_real_number(self):
+        expected = parts_of(load(os.path.join(CONFIG, 'accident.yaml')))
+        for path in accidents():
+            self.assertEqual(parts_of(load(path)), expected, path)
+        with open(os.path.join(accident_table.ROOT, 'docs', 'data', 'accidents.csv'), encoding='utf-8', newline='') as file:
+            listed = sorted(a['file'] + '.yaml' for a in csv.DictReader(file))
+        self.assertEqual(listed, [os.path.basename(p) for p in accidents()])
+
+    def test_parts_are_copied_and_all_else_stays(self):
+        folder = self.path('accidents')
+        shutil.copytree(os.path.join(CONFIG, 'accidents'), folder)
+        source = self.path('source.yaml')
+        with open(os.path.join(CONFIG, 'accident.yaml'), encoding='utf-8') as file:
+            text = file.read()
+        with open(source, 'w', encoding='utf-8') as file:
+            file.write(text.replace('force: 0.05 ', 'force: 0.061 ').replace('yaw_rate: 0.1 ', 'yaw_rate: 0.123 '))
+        kept, accident_table.ACCIDENTS = accident_table.ACCIDENTS, folder
+        self.addCleanup(setattr, accident_table, 'ACCIDENTS', kept)
+        accident_table.parts(argparse.Namespace(what=[source]))
+        for path in accidents():
+            before, after = load(path), load(os.path.join(folder, os.path.basename(path)))
+            self.assertEqual(after['brakes'].pop('force'), 0.061)
+            self.assertEqual(after['initial'].pop('yaw_rate'), '0.123 rad/s')
+            del before['brakes']['force'], before['initial']['yaw_rate']
+            self.assertEqual(after, before)  # emergency_time, which one of them has, included
+
+    def test_pile_is_the_largest_group_of_turned_cars(self):
+        states = self.path('states.csv', '\n'.join(['car,x_m,theta_rad', '1,500,1.5707963', '2,20,1.5707963', '3,10,0.1', '4,0,-1.5707963']))
+        width = accident_table.WIDTH
+        self.assertAlmostEqual(accident_table.main_pile(states, [18.0] * 4), 20.0 + width, places=5)
+        straight = self.path('straight.csv', 'car,x_m,theta_rad\n1,0,0\n2,-20,0.3')
+        self.assertEqual(accident_table.main_pile(straight, [18.0] * 2), 0.0)
+
+    def test_study_becomes_a_table_in_its_page(self):
+        self.path('study.yaml', STUDY)
+        out = self.path('tiny')
+        self.derail('study', self.path('study.yaml'), '--out', out)
+        page = self.path('page.md', 'before\n<!-- begin: study tiny -->\nold\n<!-- end -->\nafter\n')
+        done = script('accident_table.py', 'study', out, '--fill', page)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(page, encoding='utf-8') as file:
+            text = file.read()
+        self.assertNotIn('old', text)
+        self.assertTrue(text.startswith('before\n') and text.endswith('after\n'))
+        rows = [line for line in text.splitlines() if line.startswith('| ')]
+        self.assertEqual(rows[0], '| changed | cars off track | coupler force peak, kip |')
+        self.assertEqual([r.split(' | ')[0] for r in rows[2:]],
+                         ['| nothing', '| plateau: 50000 lbf ft', '| speed: 30 mph', '| speed: 30 mph, plateau: 50000 lbf ft'])
+        with open(os.path.join(out, 'runs.csv'), encoding='utf-8', newline='') as file:
+            forces = [float(r['coupler_force_peak']) / 4448.2216152605 for r in csv.DictReader(file) if r['point'] == '0']
+        self.assertIn(f'| {np.median(forces):.0f} (', rows[2])
+
+        wrong = script('accident_table.py', 'study', out, '--fill', self.path('bare.md', 'no mark\n'))
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn('0 times "<!-- begin: study tiny -->"', wrong.stderr)
+
+    def test_an_accident_is_run_once_a_seed(self):
+        done = script('accident_table.py', 'run', '--derail', self.program, '--seeds', '2', '--only', 'columbus_2012', '--set',
+                      'stop.time_max=3 s')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        cells = done.stdout.splitlines()[2].split(' | ')
+        self.assertEqual(cells[:4], ['| [Columbus, 2012](../config/accidents/columbus_2012.yaml)', '23', '96', '17'])
+        counts = []
+        for seed in ('1', '2'):
+            path = os.path.join(CONFIG, 'accidents', 'columbus_2012.yaml')
+            out = self.path('outcome.json')
+            self.derail('run', path, '--json', out, '--set', 'stop.time_max=3 s', '--set', f'initial.perturbation.seed={seed}')
+            counts.append(load(out)['cars_derailed'])
+        self.assertEqual(cells[4], accident_table.band(counts))
+
+        failed = script('accident_table.py', 'run', '--derail', self.program, '--only', 'columbus_2012', '--set', 'initial.speed=-1')
+        self.assertEqual(failed.returncode, 1)
+        self.assertIn('initial.speed', failed.stderr)
+
+
+if __name__ == '__main__':
+    run_tests()
