@@ -37,8 +37,8 @@ class WrongFile(Exception):
 
 
 def band(values):
-    low, middle, high = np.percentile(values, (5, 50, 95))
-    return f'{middle:.0f} ({low:.0f} to {high:.0f})'
+    low, middle, high = (f'{v:.0f}' if abs(v) >= 10 else f'{v:.2g}' for v in np.percentile(values, (5, 50, 95)))
+    return f'{middle} ({low} to {high})'
 
 
 def row(*cells):
