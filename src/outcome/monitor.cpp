@@ -149,7 +149,7 @@ PileUp Monitor::pile_up(const double* y) const {
   bg::model::multi_point<Point> corners;
   PileUp p;
   bool beside = false;
-  std::vector<std::pair<double, double>> extents;  // of the counted cars along x
+  std::vector<std::pair<double, double>> extents;  // along x, of the counted cars that lie askew
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
     const bool counted = model_.derailed(k) || off_track(k);
     if (counted && !beside) ++p.groups;
@@ -157,14 +157,15 @@ PileUp Monitor::pile_up(const double* y) const {
     if (!counted) continue;
     const model::Footprint f = footprint(k, model_.car_motion(y, k));
     if (std::abs(f.axis.x()) < 0.5) ++p.cars_across;
-    const double reach = f.reach(Eigen::Vector2d::UnitX());
-    extents.emplace_back(f.centre.x() - reach, f.centre.x() + reach);
     for (const double i : {-1.0, 1.0}) {
       for (const double j : {-1.0, 1.0}) {
         const Eigen::Vector2d c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
         bg::append(corners, Point(c.x(), c.y()));
       }
     }
+    if (std::abs(f.axis.x()) >= kHeapCosine) continue;
+    const double reach = f.reach(Eigen::Vector2d::UnitX());
+    extents.emplace_back(f.centre.x() - reach, f.centre.x() + reach);
   }
   if (bg::is_empty(corners)) return p;
   const auto box = bg::return_envelope<bg::model::box<Point>>(corners);
@@ -174,7 +175,7 @@ PileUp Monitor::pile_up(const double* y) const {
   for (std::size_t i = 0; i < extents.size();) {
     const std::size_t first = i;
     double end = extents[i].second;
-    for (++i; i < extents.size() && extents[i].first <= end + kPileGap; ++i) end = std::max(end, extents[i].second);
+    for (++i; i < extents.size() && extents[i].first <= end + kHeapGap; ++i) end = std::max(end, extents[i].second);
     if (const auto cars = static_cast<int>(i - first); cars > p.main_cars) {
       p.main_cars = cars;
       p.main_length = end - extents[first].first;

@@ -49,10 +49,11 @@ struct PileUp {
   double area = 0.0;    // of the convex hull [m^2]
   int cars_across = 0;  // stand at more than 60 degrees to x
   int groups = 0;       // of derailed cars next to each other in the train
-  int main_cars = 0;         // in the largest heap: along x no gap in it is longer than kPileGap
+  int main_cars = 0;         // in the largest heap: cars turned by more than 30 degrees, along x no gap longer than kHeapGap
   double main_length = 0.0;  // of that heap, along x [m]
 };
-inline constexpr double kPileGap = 15.0;  // m
+inline constexpr double kHeapGap = 15.0;                     // m
+inline constexpr double kHeapCosine = 0.86602540378443865;  // of 30 degrees
 
 /// Bodies that hit each other (contact.law); those that close at less than 1 mph are not counted.
 struct Impacts {
