@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Runs the accidents of config/accidents and writes the tables of docs/accidents.md and docs/accident_model.md.
 
-  accident_table.py run            Markdown: every accident of docs/data/accidents.csv against an ensemble of its scenario
+  accident_table.py run            Markdown: every accident of docs/data/accidents.csv against an ensemble
   accident_table.py study DIR ...  Markdown: medians of the studies in DIR (derail study), a row a point
   accident_table.py parts FILE     copies the parts of the scenario FILE into every config/accidents/*.yaml
 
@@ -17,7 +17,6 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 
 import numpy as np
 import yaml
@@ -25,9 +24,6 @@ import yaml
 ROOT = os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir)
 ACCIDENTS = os.path.join(ROOT, 'config', 'accidents')
 FOOT = 0.3048
-WIDTH = 10.0 * FOOT
-TURNED = np.radians(30.0)
-PILE_GAP = 100.0 * FOOT
 MARK = '# Parts, as config/accident.yaml:'
 GROUPS = ('coupler', 'ground', 'rails', 'brakes', 'contact', 'outcome', 'solver')
 
@@ -45,65 +41,46 @@ def row(*cells):
     return '| ' + ' | '.join(str(c) for c in cells) + ' |'
 
 
-def main_pile(states, lengths):
-    """Length along x [m], at the end of a run, of the largest group of cars turned by TURNED or more that no gap of PILE_GAP divides."""
-    with open(states, encoding='utf-8', newline='') as file:
-        rows = list(csv.DictReader(file))
-    spans = []
-    for r in rows[-len(lengths):]:
-        theta, x = float(r['theta_rad']), float(r['x_m'])
-        if abs(np.sin(theta)) > np.sin(TURNED):
-            half = 0.5 * (lengths[int(r['car']) - 1] * abs(np.cos(theta)) + WIDTH * abs(np.sin(theta)))
-            spans.append((x - half, x + half))
-    groups = []
-    for start, end in sorted(spans):
-        if groups and start - groups[-1][1] < PILE_GAP:
-            groups[-1] = [groups[-1][0], max(end, groups[-1][1]), groups[-1][2] + 1]
-        else:
-            groups.append([start, end, 1])
-    start, end, _ = max(groups, key=lambda g: g[2], default=(0.0, 0.0, 0))
-    return end - start
-
-
-def outcomes(arguments, name, lengths):
+def outcomes(arguments, name):
     """Outcomes of the accident's scenario, one a seed."""
-    command = [arguments.derail, 'run', os.path.join(ACCIDENTS, name + '.yaml'), '--quiet', '--json', '-', '--set', 'output.interval=10']
+    command = [arguments.derail, 'run', os.path.join(ACCIDENTS, name + '.yaml'), '--quiet', '--json', '-']
     for change in arguments.set:
         command += ['--set', change]
-    with tempfile.TemporaryDirectory() as folder:
-        states = os.path.join(folder, 'states.csv')
-        for seed in range(1, arguments.seeds + 1):
-            done = subprocess.run(command + ['--csv', states, '--set', f'initial.perturbation.seed={seed}'], capture_output=True,
-                                  text=True, check=False)
-            if done.returncode != 0:
-                raise subprocess.CalledProcessError(done.returncode, ' '.join(command), stderr=done.stderr)
-            yield {**json.loads(done.stdout), 'main_pile': main_pile(states, lengths)}
+    for seed in range(1, arguments.seeds + 1):
+        done = subprocess.run(
+            command + ['--set', f'initial.perturbation.seed={seed}'], capture_output=True, text=True, check=False
+        )
+        if done.returncode != 0:
+            raise subprocess.CalledProcessError(done.returncode, ' '.join(command), stderr=done.stderr)
+        yield json.loads(done.stdout)
 
 
 def run(arguments):
     path = os.path.join(ROOT, 'docs', 'data', 'accidents.csv')
     with open(path, encoding='utf-8', newline='') as file:
         accidents = [a for a in csv.DictReader(file) if not arguments.only or a['file'] in arguments.only]
-    lines = [row('accident', 'mph', 'vehicles from the first to derail', 'derailed', 'predicted: median (5 to 95 %)', 'site, ft',
-                 'predicted pile, ft', 'cars across', 'remarks'), row(*['---'] * 9)]
+    columns = ('accident', 'mph', 'vehicles from the first to derail', 'derailed', 'predicted: median (5 to 95 %)',
+               'site, ft', 'predicted heap, ft', 'cars across', 'remarks')
+    lines = [row(*columns), row(*['---'] * len(columns))]
     errors, inside = [], 0
     for a in accidents:
         with open(os.path.join(ACCIDENTS, a['file'] + '.yaml'), encoding='utf-8') as file:
             scenario = yaml.safe_load(file)
         behind = sum(b['count'] for b in scenario['consist']) - scenario['initial']['cars_ahead']
-        lengths = [float(b['length'].split()[0]) * FOOT for b in scenario['consist'] for _ in range(b['count'])]
-        runs = list(outcomes(arguments, a['file'], lengths))
+        runs = list(outcomes(arguments, a['file']))
         counts, real = [o['cars_derailed'] for o in runs], int(a['derailed'])
         low, middle, high = np.percentile(counts, (5, 50, 95))
         errors.append(middle - real)
         inside += bool(low <= real <= high)
-        lines.append(row(f'[{a["label"]}](../config/accidents/{a["file"]}.yaml)', scenario['initial']['speed'].split()[0], behind, real,
-                         band(counts), a['site_length_ft'] or '-', band([o['main_pile'] / FOOT for o in runs]),
-                         f'{np.median([o["cars_across"] for o in runs]):.0f}', a['comment']))
+        lines.append(row(
+            f'[{a["label"]}](../config/accidents/{a["file"]}.yaml)', scenario['initial']['speed'].split()[0], behind,
+            real, band(counts), a['site_length_ft'] or '-', band([o['main_pile_length'] / FOOT for o in runs]),
+            f'{np.median([o["cars_across"] for o in runs]):.0f}', a['comment']))
     errors = np.array(errors)
-    lines += ['', f'{len(errors)} accidents, {arguments.seeds} runs each. Median less real count: mean {errors.mean():+.1f}, mean of the '
-              f'magnitudes {np.abs(errors).mean():.1f}, largest {errors[np.abs(errors).argmax()]:+.0f}. The real count lies within the 5 to '
-              f'95 % of the seeds in {inside} of {len(errors)}.']
+    sizes = np.abs(errors)
+    lines += ['', f'{len(errors)} accidents, {arguments.seeds} runs each. Median less real count: mean '
+              f'{errors.mean():+.1f}, mean of the magnitudes {sizes.mean():.1f}, largest {errors[sizes.argmax()]:+.0f}. The real count lies '
+              f'within the 5 to 95 % of the seeds in {inside} of {len(errors)}.']
     return '\n'.join(lines) + '\n'
 
 
@@ -129,8 +106,8 @@ def study(arguments):
         for _, members in sorted(points.items()):
             changed = [f'{f["label"]}: {written(members[0][f["key"]], columns[f["key"]])}' for f in factors
                        if members[0][f['key']] != base[f['key']]]
-            lines.append(row(', '.join(changed) or 'nothing',
-                             *(band([float(m[q]) / float(columns[q]['per_shown']) for m in members]) for q in about['outcomes'])))
+            bands = (band([float(m[q]) / float(columns[q]['per_shown']) for m in members]) for q in about['outcomes'])
+            lines.append(row(', '.join(changed) or 'nothing', *bands))
         lines += ['', f'{about["title"]}: {about["replicates"]} runs a row.', '']
     return '\n'.join(lines[:-1]) + '\n'
 
@@ -182,9 +159,9 @@ def main():
     p.add_argument('what', nargs='*', metavar='FILE', help='a scenario, or folders of studies')
     p.add_argument('--derail', default='derail', help='the program')
     p.add_argument('--seeds', default=10, type=int, help='runs an accident')
-    p.add_argument('--only', action='append', default=[], metavar='NAME', help='accident to run, by its file; may be repeated')
-    p.add_argument('--set', action='append', default=[], metavar='KEY=VALUE', help='input to change in all accidents; may be repeated')
-    p.add_argument('--fill', metavar='PAGE', help='page of docs to write into; the mark names the command and the folders\' last parts')
+    p.add_argument('--only', action='append', default=[], metavar='NAME', help='accident, by its file; may be repeated')
+    p.add_argument('--set', action='append', default=[], metavar='KEY=VALUE', help='change of all; may be repeated')
+    p.add_argument('--fill', metavar='PAGE', help='to write into; its mark has the command and the folders')
     arguments = p.parse_args()
     if (arguments.command == 'run') != (not arguments.what):
         p.error('run takes no files, study and parts need them')
@@ -196,7 +173,8 @@ def main():
         mark = ' '.join([arguments.command] + [os.path.basename(os.path.normpath(f)) for f in arguments.what])
         with open(arguments.fill, encoding='utf-8') as file:
             page = file.read()
-        page, found = re.subn(rf'(<!-- begin: {re.escape(mark)} -->\n).*?(<!-- end -->)', lambda m: f'{m[1]}\n{text}\n{m[2]}', page, flags=re.S)
+        block = re.compile(rf'(<!-- begin: {re.escape(mark)} -->\n).*?(<!-- end -->)', re.S)
+        page, found = block.subn(lambda m: f'{m[1]}\n{text}\n{m[2]}', page)
         if found != 1:
             raise WrongFile(f'{arguments.fill}: {found} times "<!-- begin: {mark} -->"')
         with open(arguments.fill, 'w', encoding='utf-8') as file:

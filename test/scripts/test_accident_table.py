@@ -14,12 +14,11 @@ import subprocess
 import numpy as np
 import yaml
 
-from plot_testing import PlotTest, run_tests, script
+from plot_testing import KIP, PlotTest, run_tests, script
 
 import accident_table
 
 CONFIG = os.path.join(accident_table.ROOT, 'config')
-FOOT = accident_table.FOOT
 STUDY = """
 title: Tiny
 scenario: scenario.yaml
@@ -58,7 +57,8 @@ class AccidentTable(PlotTest):
         expected = parts_of(load(os.path.join(CONFIG, 'accident.yaml')))
         for path in accidents():
             self.assertEqual(parts_of(load(path)), expected, path)
-        with open(os.path.join(accident_table.ROOT, 'docs', 'data', 'accidents.csv'), encoding='utf-8', newline='') as file:
+        table = os.path.join(accident_table.ROOT, 'docs', 'data', 'accidents.csv')
+        with open(table, encoding='utf-8', newline='') as file:
             listed = sorted(a['file'] + '.yaml' for a in csv.DictReader(file))
         self.assertEqual(listed, [os.path.basename(p) for p in accidents()])
 
@@ -80,13 +80,6 @@ class AccidentTable(PlotTest):
             del before['brakes']['force'], before['initial']['yaw_rate']
             self.assertEqual(after, before)  # emergency_time, which one of them has, included
 
-    def test_pile_is_the_largest_group_of_turned_cars(self):
-        states = self.path('states.csv', '\n'.join(['car,x_m,theta_rad', '1,500,1.5707963', '2,20,1.5707963', '3,10,0.1', '4,0,-1.5707963']))
-        width = accident_table.WIDTH
-        self.assertAlmostEqual(accident_table.main_pile(states, [18.0] * 4), 20.0 + width, places=5)
-        straight = self.path('straight.csv', 'car,x_m,theta_rad\n1,0,0\n2,-20,0.3')
-        self.assertEqual(accident_table.main_pile(straight, [18.0] * 2), 0.0)
-
     def test_study_becomes_a_table_in_its_page(self):
         self.path('study.yaml', STUDY)
         out = self.path('tiny')
@@ -100,10 +93,12 @@ class AccidentTable(PlotTest):
         self.assertTrue(text.startswith('before\n') and text.endswith('after\n'))
         rows = [line for line in text.splitlines() if line.startswith('| ')]
         self.assertEqual(rows[0], '| changed | cars off track | coupler force peak, kip |')
-        self.assertEqual([r.split(' | ')[0] for r in rows[2:]],
-                         ['| nothing', '| plateau: 50000 lbf ft', '| speed: 30 mph', '| speed: 30 mph, plateau: 50000 lbf ft'])
+        self.assertEqual(
+            [r.split(' | ')[0] for r in rows[2:]],
+            ['| nothing', '| plateau: 50000 lbf ft', '| speed: 30 mph', '| speed: 30 mph, plateau: 50000 lbf ft'],
+        )
         with open(os.path.join(out, 'runs.csv'), encoding='utf-8', newline='') as file:
-            forces = [float(r['coupler_force_peak']) / 4448.2216152605 for r in csv.DictReader(file) if r['point'] == '0']
+            forces = [float(r['coupler_force_peak']) / KIP for r in csv.DictReader(file) if r['point'] == '0']
         self.assertIn(f'| {np.median(forces):.0f} (', rows[2])
 
         wrong = script('accident_table.py', 'study', out, '--fill', self.path('bare.md', 'no mark\n'))
@@ -111,8 +106,9 @@ class AccidentTable(PlotTest):
         self.assertIn('0 times "<!-- begin: study tiny -->"', wrong.stderr)
 
     def test_an_accident_is_run_once_a_seed(self):
-        done = script('accident_table.py', 'run', '--derail', self.program, '--seeds', '2', '--only', 'columbus_2012', '--set',
-                      'stop.time_max=3 s')
+        columbus = ('accident_table.py', 'run', '--derail', self.program, '--only', 'columbus_2012')
+        short = ('--set', 'stop.time_max=3 s')
+        done = script(*columbus, *short, '--seeds', '2')
         self.assertEqual(done.returncode, 0, done.stderr)
         cells = done.stdout.splitlines()[2].split(' | ')
         self.assertEqual(cells[:4], ['| [Columbus, 2012](../config/accidents/columbus_2012.yaml)', '23', '96', '17'])
@@ -120,11 +116,11 @@ class AccidentTable(PlotTest):
         for seed in ('1', '2'):
             path = os.path.join(CONFIG, 'accidents', 'columbus_2012.yaml')
             out = self.path('outcome.json')
-            self.derail('run', path, '--json', out, '--set', 'stop.time_max=3 s', '--set', f'initial.perturbation.seed={seed}')
+            self.derail('run', path, '--json', out, *short, '--set', f'initial.perturbation.seed={seed}')
             counts.append(load(out)['cars_derailed'])
         self.assertEqual(cells[4], accident_table.band(counts))
 
-        failed = script('accident_table.py', 'run', '--derail', self.program, '--only', 'columbus_2012', '--set', 'initial.speed=-1')
+        failed = script(*columbus, '--set', 'initial.speed=-1')
         self.assertEqual(failed.returncode, 1)
         self.assertIn('initial.speed', failed.stderr)
 
