@@ -125,6 +125,16 @@ void DerailmentModel::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd&
   kernels_->gaps(arrays(), y, gap.data(), rate.data());
 }
 
+void DerailmentModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const {
+  kernels_->headings(arrays(), y);
+  cosine = cos_;
+  sine = sin_;
+}
+
+double DerailmentModel::foremost_on_track(const double* y) const {
+  return (past_pod_ > 0.0).select(-inputs::kInfinity, motion(y, car_count()).col(X)).maxCoeff();
+}
+
 void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
   // The same force laws, differentiated automatically: exact, and no second copy of the physics.
   using Dual = Eigen::AutoDiffScalar<Eigen::Vector4d>;

@@ -25,7 +25,10 @@ class TrainSystem final : public solver::OdeSystem {
 
   // One event function: where the foremost car on the track is. It crosses zero at the point of derailment.
   Eigen::Index event_count() const override { return 1; }
-  void events(double, const double* y, double* values) override { values[0] = place(y, foremost(y)); }
+  void events(double, const double* y, double* values) override {
+    const double place = model_.foremost_on_track(y);
+    values[0] = std::isfinite(place) ? place : -1.0;
+  }
 
   /// Foremost of the cars that have not reached the point of derailment; -1 if all have.
   Eigen::Index foremost(const double* y) const {
@@ -53,10 +56,6 @@ class TrainSystem final : public solver::OdeSystem {
   void jacobian(double, const double* y, const SetEntry& set) override { model_.jacobian(y, set); }
 
  private:
-  double place(const double* y, Eigen::Index car) const {
-    return car < 0 ? -1.0 : model::motion(y, model_.car_count())(car, model::X);
-  }
-
   model::DerailmentModel& model_;
 };
 

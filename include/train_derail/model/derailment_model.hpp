@@ -67,6 +67,9 @@ class DerailmentModel {
   bool derailed(Eigen::Index car) const { return derailed_[static_cast<std::size_t>(car)]; }
   void derail(Eigen::Index car);
 
+  /// x of the foremost car that has not derailed [m]; minus infinity if all have.
+  double foremost_on_track(const double* y) const;
+
   /// dydt = f(y); both of length size().
   void derivative(const double* y, double* dydt) const;
 
@@ -82,6 +85,8 @@ class DerailmentModel {
   CouplerState<double> coupler(const double* y, Eigen::Index i) const;
   /// Gap of every coupler [m] and its rate of change [m/s].
   void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const;
+  /// Cosine and sine of every car's heading.
+  void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const;
   CarMotion car_motion(const double* y, Eigen::Index car) const;
   /// `offset` along the car's axis from its centre, forward positive [m].
   PointMotion point(const double* y, Eigen::Index car, double offset) const { return car_motion(y, car).point(offset); }
