@@ -205,6 +205,20 @@ CouplerState<double> DerailmentModel::coupler(const double* y, Eigen::Index i) c
                                std::cos(q(i + 1, THETA)), std::sin(q(i + 1, THETA)));
 }
 
+std::vector<CouplerState<double>> DerailmentModel::couplers(const double* y) const {
+  const ConstMotionMap q = motion(y, car_count());
+  kernels_->headings(arrays(), y);
+  std::vector<CouplerState<double>> all;
+  all.reserve(cars_.size());
+  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
+    const double lead = half_length_[i], trail = half_length_[i + 1];
+    all.push_back(coupler_state<double>(coupler_, q(i, X) - q(i + 1, X) - lead * cos_[i] - trail * cos_[i + 1],
+                                        q(i, Y) - q(i + 1, Y) - lead * sin_[i] - trail * sin_[i + 1], cos_[i], sin_[i],
+                                        cos_[i + 1], sin_[i + 1]));
+  }
+  return all;
+}
+
 CarMotion DerailmentModel::car_motion(const double* y, Eigen::Index car) const {
   const ConstMotionMap q = motion(y, car_count());
   return {{q(car, X), q(car, Y)},
@@ -219,8 +233,7 @@ EnergyLedger DerailmentModel::energy(const double* y) const {
   EnergyLedger e;
   e.kinetic_translation = 0.5 * (mass_ * (q.col(VX).square() + q.col(VY).square())).sum();
   e.kinetic_rotation = 0.5 * (inertia_ * q.col(OMEGA).square()).sum();
-  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
-    const CouplerState<double> b = coupler(y, i);
+  for (const CouplerState<double>& b : couplers(y)) {
     e.coupler_axial += axial_energy(coupler_, b.gap);
     e.coupler_swing += swing_energy(coupler_, b.swing_lead) + swing_energy(coupler_, b.swing_trail);
   }

@@ -182,15 +182,17 @@ Snapshot Simulation::snapshot() const {
   const double* y = impl_->state.data();
   const model::DerailmentModel& m = impl_->model;
   const auto q = model::motion(y, m.car_count());
+  Eigen::ArrayXd cosine, sine;
+  m.headings(y, cosine, sine);
   Snapshot s;
   s.time = impl_->time;
   for (Eigen::Index k = 0; k < m.car_count(); ++k) {
+    const double truck = 0.5 * m.cars()[static_cast<std::size_t>(k)].truck_spacing * sine[k];
     s.cars.push_back({q(k, model::X), q(k, model::Y), q(k, model::THETA), q(k, model::VX), q(k, model::VY),
                       q(k, model::OMEGA), m.derailed(k), impl_->monitor.off_track(k),
-                      m.front_truck(y, k).position.y(), m.rear_truck(y, k).position.y()});
+                      q(k, model::Y) + truck, q(k, model::Y) - truck});
   }
-  for (Eigen::Index i = 0; i < m.coupler_count(); ++i) {
-    const model::CouplerState<double> b = m.coupler(y, i);
+  for (const model::CouplerState<double>& b : m.couplers(y)) {
     s.couplers.push_back({b.gap, std::atan2(b.uy, b.ux), b.axial, b.lateral, b.swing_lead, b.swing_trail,
                           b.moment_lead, b.moment_trail});
   }

@@ -83,6 +83,8 @@ class DerailmentModel {
 
   /// Coupler `i` joins car i (lead) and car i + 1 (trail), counted from 0.
   CouplerState<double> coupler(const double* y, Eigen::Index i) const;
+  /// All of them.
+  std::vector<CouplerState<double>> couplers(const double* y) const;
   /// Gap of every coupler [m] and its rate of change [m/s].
   void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const;
   /// Cosine and sine of every car's heading.
