@@ -1,4 +1,5 @@
-// Cost of one right-hand side, of the gaps and of one sample of the monitor, over the length of the train.
+// Cost of the right-hand side, of a step of the integrator, of monitoring and of whole runs, over the length of the train; of
+// whole runs side by side on several threads as well.
 #include <benchmark/benchmark.h>
 
 #include "train_derail/inputs/reader.hpp"
@@ -50,7 +51,7 @@ void gaps(benchmark::State& state) {
   }
 }
 
-void sample(benchmark::State& state) {
+void monitor_sample(benchmark::State& state) {
   const inputs::Scenario s = scenario(state.range(0));
   const model::DerailmentModel m(s);
   const model::StateVector y = pile_up(s);
@@ -59,13 +60,23 @@ void sample(benchmark::State& state) {
   for (auto _ : state) monitor.sample(t += 0.01, y.data());
 }
 
-void step(benchmark::State& state) {
+void monitor_step(benchmark::State& state) {
   const inputs::Scenario s = scenario(state.range(0));
   const model::DerailmentModel m(s);
   const model::StateVector y = pile_up(s);
   outcome::Monitor monitor(m, s.outcome, 0.0, y);
   double t = 0.0;
   for (auto _ : state) monitor.step(t += 0.001, y.data());
+}
+
+/// All that a step takes, in the middle of the pile-up.
+void step(benchmark::State& state) {
+  simulation::Simulation simulation(scenario(state.range(0)));
+  simulation.advance(4.0);
+  const std::int64_t before = simulation.outcome().solver.steps;
+  for (auto _ : state) simulation.advance(simulation.time() + 0.001);
+  state.counters["per step"] = benchmark::Counter(static_cast<double>(simulation.outcome().solver.steps - before),
+                                                  benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 void whole_run(benchmark::State& state) {
@@ -83,9 +94,12 @@ void whole_run(benchmark::State& state) {
 }  // namespace
 
 BENCHMARK(gaps)->Arg(60)->Arg(1000);
-BENCHMARK(sample)->Arg(60)->Arg(1000);
-BENCHMARK(step)->Arg(60)->Arg(1000);
-BENCHMARK(whole_run)->Arg(10)->Arg(60)->Arg(100)->Arg(300)->Arg(1000)->Unit(benchmark::kMillisecond);
+BENCHMARK(monitor_sample)->Arg(60)->Arg(1000);
+BENCHMARK(monitor_step)->Arg(60)->Arg(1000);
+BENCHMARK(step)->Arg(60)->Arg(1000)->Iterations(3000);
+BENCHMARK(whole_run)
+    ->Arg(10)->Arg(60)->Arg(100)->Arg(300)->Arg(1000)
+    ->ThreadRange(1, 2)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 int main(int argc, char** argv) {
   for (const std::string& name : model::DerailmentModel::instruction_sets(60)) {

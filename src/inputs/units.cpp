@@ -9,6 +9,8 @@
 
 #include <udunits2.h>
 
+#include "train_derail/inputs/scenario.hpp"
+
 namespace train_derail::inputs {
 
 namespace {
@@ -71,6 +73,34 @@ class Database {
   std::unique_ptr<ut_system, SystemDeleter> system_;
 };
 
+/// Units that nearly every scenario has. UDUNITS knows them as well; but reading its database takes longer than most runs.
+struct CommonUnit {
+  std::string_view unit, si_unit;
+  double in_si;
+};
+constexpr CommonUnit kCommonUnits[] = {
+    {"ft", "m", kFoot},
+    {"ft/s", "m/s", kFoot},
+    {"mph", "m/s", kMph},
+    {"kip", "N", kKip},
+    {"lbf/ft", "N/m", kPoundForce / kFoot},
+    {"lbf ft", "N m", kPoundForce * kFoot},
+    {"lbf ft/rad", "N m/rad", kPoundForce * kFoot},
+    {"deg", "rad", kDegree},
+    {"m", "m", 1.0},
+    {"m/s", "m/s", 1.0},
+    {"s", "s", 1.0},
+    {"rad/s", "rad/s", 1.0},
+};
+
+/// Null if it is none of them.
+const CommonUnit* common_unit(std::string_view unit, std::string_view si_unit) {
+  for (const CommonUnit& c : kCommonUnits) {
+    if (c.unit == unit && c.si_unit == si_unit) return &c;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 double to_si(const std::string& text, const std::string& si_unit) {
@@ -86,6 +116,7 @@ double to_si(const std::string& text, const std::string& si_unit) {
   const auto first = rest.find_first_not_of(kSpace);
   if (first == std::string_view::npos) return number;
   const std::string unit_text(rest.substr(first, rest.find_last_not_of(kSpace) - first + 1));
+  if (const CommonUnit* common = common_unit(unit_text, si_unit)) return number * common->in_si;
   // UDUNITS would take "0.15.2" for 0.15 times .2.
   const bool second_number = (std::isdigit(static_cast<unsigned char>(unit_text[0])) != 0 || unit_text[0] == '.') &&
                              unit_text.compare(0, 2, "1/") != 0;
@@ -97,6 +128,7 @@ double to_si(const std::string& text, const std::string& si_unit) {
 }
 
 double from_si(double value, const std::string& si_unit, const std::string& unit) {
+  if (const CommonUnit* common = common_unit(unit, si_unit)) return value / common->in_si;
   Database& units = Database::instance();
   const std::lock_guard<std::mutex> lock(units.mutex);
   const Unit from = units.parse(si_unit);

@@ -96,6 +96,16 @@ void DerailmentModel::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd&
   kernels_->gaps(arrays(), y, gap.data(), rate.data());
 }
 
+void DerailmentModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const {
+  kernels_->headings(arrays(), y);
+  cosine = cos_;
+  sine = sin_;
+}
+
+double DerailmentModel::foremost_on_track(const double* y) const {
+  return (past_pod_ > 0.0).select(-inputs::kInfinity, motion(y, car_count()).col(X)).maxCoeff();
+}
+
 void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
   // The same force laws, differentiated automatically: exact, and no second copy of the physics.
   using Dual = Eigen::AutoDiffScalar<Eigen::Vector4d>;
@@ -157,6 +167,20 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
       }
     }
   }
+}
+
+std::vector<CouplerState<double>> DerailmentModel::couplers(const double* y) const {
+  const ConstMotionMap q = motion(y, car_count());
+  kernels_->headings(arrays(), y);
+  std::vector<CouplerState<double>> all;
+  all.reserve(cars_.size());
+  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
+    const double lead = half_length_[i], trail = half_length_[i + 1];
+    all.push_back(coupler_state<double>(coupler_, q(i, X) - q(i + 1, X) - lead * cos_[i] - trail * cos_[i + 1],
+                                        q(i, Y) - q(i + 1, Y) - lead * sin_[i] - trail * sin_[i + 1], cos_[i], sin_[i],
+                                        cos_[i + 1], sin_[i + 1]));
+  }
+  return all;
 }
 
 EnergyLedger DerailmentModel::energy(const double* y) const {

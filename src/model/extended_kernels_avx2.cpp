@@ -1,7 +1,8 @@
 #include "model/extended_kernels_impl.hpp"
+#include "model/wide_trigonometry.hpp"
 
 namespace train_derail::model {
 
-const ExtendedKernels kExtendedAvx2 = extended_kernels<std::experimental::native_simd<double>>();
+const ExtendedKernels kExtendedAvx2 = extended_kernels<Wide>();
 
 }  // namespace train_derail::model

@@ -159,10 +159,7 @@ template <class B>
     const B d = L::load(angle + k), d2 = d * d;
     B c = 1.0 + d2 * (-0.5 + d2 * (1.0 / 24.0 + d2 * (-1.0 / 720.0 + d2 * (1.0 / 40320.0))));
     B s = d * (1.0 + d2 * (-1.0 / 6.0 + d2 * (1.0 / 120.0 + d2 * (-1.0 / 5040.0))));
-    if (any(d2 > B(kSmall * kSmall))) {
-      c = L::cosine(d);
-      s = L::sine(d);
-    }
+    if (any(d2 > B(kSmall * kSmall))) Trigonometry<B>::sine_cosine(d, s, c);
     const B c0 = L::load(a.cosine + k), s0 = L::load(a.sine + k);
     const B c1 = c0 * c - s0 * s, s1 = s0 * c + c0 * s;
     const B unit = 1.5 - 0.5 * (c1 * c1 + s1 * s1);  // rounding must not pile up

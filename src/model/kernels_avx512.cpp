@@ -1,7 +1,8 @@
 #include "model/kernels_impl.hpp"
+#include "model/wide_trigonometry.hpp"
 
 namespace train_derail::model {
 
-const KernelSet kAvx512 = kernel_set<std::experimental::native_simd<double>>("avx512");
+const KernelSet kAvx512 = kernel_set<Wide>("avx512");
 
 }  // namespace train_derail::model

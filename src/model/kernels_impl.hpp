@@ -16,8 +16,6 @@ struct Lanes {
   static constexpr std::ptrdiff_t count = static_cast<std::ptrdiff_t>(B::size());
   static B load(const double* p) { return B(p, std::experimental::element_aligned); }
   static void store(const B& b, double* p) { b.copy_to(p, std::experimental::element_aligned); }
-  static B cosine(const B& angle) { return cos(angle); }
-  static B sine(const B& angle) { return sin(angle); }
   static double sum(const B& b) { return reduce(b); }
 };
 
@@ -26,8 +24,6 @@ struct Lanes<double> {
   static constexpr std::ptrdiff_t count = 1;
   static double load(const double* p) { return *p; }
   static void store(double b, double* p) { *p = b; }
-  static double cosine(double angle) { return std::cos(angle); }
-  static double sine(double angle) { return std::sin(angle); }
   static double sum(double b) { return b; }
 };
 
@@ -41,12 +37,14 @@ void for_blocks(std::ptrdiff_t n, const Body& body) {
 }
 
 template <class B>
-void headings(const CarArrays& a, const double* theta) {
+[[gnu::flatten]] void headings(const CarArrays& a, const double* state) {
   using L = Lanes<B>;
+  const double* theta = state + THETA * a.cars;
   for_blocks<L::count>(a.cars, [&](std::ptrdiff_t k, std::ptrdiff_t) {
-    const B angle = L::load(theta + k);
-    L::store(L::cosine(angle), a.cosine + k);
-    L::store(L::sine(angle), a.sine + k);
+    B sine, cosine;
+    Trigonometry<B>::sine_cosine(L::load(theta + k), sine, cosine);
+    L::store(cosine, a.cosine + k);
+    L::store(sine, a.sine + k);
   });
 }
 
@@ -54,10 +52,10 @@ template <class B>
 [[gnu::flatten]] void right_hand_side(const CarArrays& a, const double* state, double* rate) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
-  const double *x = state + X * n, *y = state + Y * n, *theta = state + THETA * n;
+  const double *x = state + X * n, *y = state + Y * n;
   const double *vx = state + VX * n, *vy = state + VY * n, *omega = state + OMEGA * n;
 
-  headings<B>(a, theta);
+  headings<B>(a, state);
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
     const auto r = coupler_reaction<B>(
         *a.coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
@@ -102,7 +100,7 @@ template <class B>
   using L = Lanes<B>;
   using std::sqrt;
   const std::ptrdiff_t n = a.cars;
-  headings<B>(a, state + THETA * n);
+  headings<B>(a, state);
   const auto difference = [&](Coordinate c, std::ptrdiff_t i) {
     const double* column = state + c * n + i;
     return L::load(column) - L::load(column + 1);
@@ -123,7 +121,7 @@ template <class B>
 
 template <class B>
 constexpr KernelSet kernel_set(const char* instruction_set) {
-  return {instruction_set, Lanes<B>::count, right_hand_side<B>, gaps<B>};
+  return {instruction_set, Lanes<B>::count, right_hand_side<B>, headings<B>, gaps<B>};
 }
 
 }  // namespace train_derail::model

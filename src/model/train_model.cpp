@@ -47,6 +47,18 @@ CouplerState<double> TrainModel::coupler(const double* y, Eigen::Index i) const 
                                std::cos(q(i + 1, THETA)), std::sin(q(i + 1, THETA)));
 }
 
+std::vector<CouplerState<double>> TrainModel::couplers(const double* y) const {
+  std::vector<CouplerState<double>> all;
+  for (Eigen::Index i = 0; i < coupler_count(); ++i) all.push_back(coupler(y, i));
+  return all;
+}
+
+void TrainModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const {
+  const auto theta = motion(y, car_count()).col(THETA);
+  cosine = theta.cos();
+  sine = theta.sin();
+}
+
 CarMotion TrainModel::car_motion(const double* y, Eigen::Index car) const {
   const ConstMotionMap q = motion(y, car_count());
   return {{q(car, X), q(car, Y)},
@@ -61,8 +73,7 @@ EnergyLedger TrainModel::mechanical_energy(const double* y) const {
   EnergyLedger e;
   e.kinetic_translation = 0.5 * (mass_ * (q.col(VX).square() + q.col(VY).square())).sum();
   e.kinetic_rotation = 0.5 * (inertia_ * q.col(OMEGA).square()).sum();
-  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
-    const CouplerState<double> b = coupler(y, i);
+  for (const CouplerState<double>& b : couplers(y)) {
     e.coupler_axial += axial_energy(coupler_, b.gap);
     e.coupler_swing += swing_energy(coupler_, b.swing_lead) + swing_energy(coupler_, b.swing_trail);
   }

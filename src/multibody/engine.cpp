@@ -1,5 +1,5 @@
 // Written from the free-body diagrams (paper, figures 1 to 4; docs/model.md, sections 2 and 3), not from src/model.
-#include "train_derail/multibody/engine.hpp"
+#include "multibody/engine_run.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -9,7 +9,6 @@
 #include <Simbody.h>
 
 #include "multibody/observer.hpp"
-#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/model/train.hpp"
 
@@ -227,14 +226,8 @@ inputs::Scenario checked(const inputs::Scenario& scenario) {
   return scenario;
 }
 
-}  // namespace
-
-bool available() { return true; }
-
-void require() {}
-
-struct Engine::Impl {
-  Impl(const inputs::Scenario& s, const Options& o)
+struct Run {
+  Run(const inputs::Scenario& s, const Options& o)
       : scenario(checked(s)),
         train(model::expand(scenario.consist)),
         matter(system),
@@ -410,62 +403,64 @@ struct Engine::Impl {
   }
 };
 
-Engine::Engine(const inputs::Scenario& scenario, const Options& options) {
-  const std::string part = inputs::first_part_beyond_the_paper(scenario);
-  if (!part.empty()) {
-    throw inputs::InputError("scenario", part, "", "the multibody engine has no such part", "the paper's model alone");
+class SimbodyRun final : public EngineRun {
+ public:
+  SimbodyRun(const inputs::Scenario& scenario, const Options& options) : run_(scenario, options) {}
+
+  void advance(double t) override {
+    const auto start = std::chrono::steady_clock::now();
+    run_.advance(t);
+    run_.wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
-  impl_ = std::make_unique<Impl>(scenario, options);
-}
-Engine::~Engine() = default;
-Engine::Engine(Engine&&) noexcept = default;
-Engine& Engine::operator=(Engine&&) noexcept = default;
 
-void Engine::advance(double t) {
-  const auto start = std::chrono::steady_clock::now();
-  impl_->advance(t);
-  impl_->wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+  double time() const override { return run_.time(); }
+  bool ended() const override { return run_.ended != outcome::Ended::running; }
+  std::vector<CarMotion> cars() const override { return run_.motion(); }
 
-void Engine::run() { advance(inputs::kInfinity); }
-
-double Engine::time() const { return impl_->time(); }
-bool Engine::ended() const { return impl_->ended != outcome::Ended::running; }
-std::vector<CarMotion> Engine::cars() const { return impl_->motion(); }
-
-std::vector<CouplerForce> Engine::coupler_forces() const {
-  const State& state = impl_->state();
-  impl_->system.realize(state, impl_->rods.empty() ? Stage::Velocity : Stage::Acceleration);
-  std::vector<CouplerForce> result;
-  for (const Bar* bar : impl_->bars) result.push_back(bar->force(state));
-  for (std::size_t i = 0; i < impl_->rods.size(); ++i) result[i].axial = -impl_->rods[i].getRodTension(state);
-  return result;
-}
-
-outcome::Outcome Engine::outcome() const {
-  outcome::Outcome o;
-  std::vector<char> past;
-  for (std::size_t k = 0; k < impl_->train.size(); ++k) past.push_back(impl_->ground->past(impl_->state(), k) ? 1 : 0);
-  impl_->observer.report(impl_->motion(), past, o);
-  if (!impl_->bars.empty()) {
-    const auto peak = [](const Observer::Extreme& e, double force) {
-      return force > 0.0 ? outcome::PeakForce{force, e.coupler, e.time} : outcome::PeakForce{};
-    };
-    const Observer::Extreme &shortest = impl_->observer.shortest(), &longest = impl_->observer.longest();
-    o.coupler_buff_peak = peak(shortest, impl_->bars.front()->push(shortest.length));
-    o.coupler_draft_peak = peak(longest, -impl_->bars.front()->push(longest.length));
+  std::vector<CouplerForce> coupler_forces() const override {
+    const State& state = run_.state();
+    run_.system.realize(state, run_.rods.empty() ? Stage::Velocity : Stage::Acceleration);
+    std::vector<CouplerForce> result;
+    for (const Bar* bar : run_.bars) result.push_back(bar->force(state));
+    for (std::size_t i = 0; i < run_.rods.size(); ++i) result[i].axial = -run_.rods[i].getRodTension(state);
+    return result;
   }
-  o.stop_time = impl_->time();
-  o.energy = impl_->energy();
-  o.energy_initial = impl_->energy_initial;
-  if (o.energy_initial > 0.0) o.energy_residual = std::abs(o.energy.total() - o.energy_initial) / o.energy_initial;
-  o.ended = impl_->ended;
-  o.message = impl_->message;
-  o.solver.steps = impl_->integrator.getNumStepsTaken();
-  o.solver.rejected_steps = impl_->integrator.getNumStepsAttempted() - impl_->integrator.getNumStepsTaken();
-  o.solver.rhs_evaluations = impl_->integrator.getNumRealizations();
-  o.wall_time = impl_->wall_time;
-  return o;
-}
+
+  outcome::Outcome outcome() const override {
+    outcome::Outcome o;
+    std::vector<char> past;
+    for (std::size_t k = 0; k < run_.train.size(); ++k) past.push_back(run_.ground->past(run_.state(), k) ? 1 : 0);
+    run_.observer.report(run_.motion(), past, o);
+    if (!run_.bars.empty()) {
+      const auto peak = [](const Observer::Extreme& e, double force) {
+        return force > 0.0 ? outcome::PeakForce{force, e.coupler, e.time} : outcome::PeakForce{};
+      };
+      const Observer::Extreme &shortest = run_.observer.shortest(), &longest = run_.observer.longest();
+      o.coupler_buff_peak = peak(shortest, run_.bars.front()->push(shortest.length));
+      o.coupler_draft_peak = peak(longest, -run_.bars.front()->push(longest.length));
+    }
+    o.stop_time = run_.time();
+    o.energy = run_.energy();
+    o.energy_initial = run_.energy_initial;
+    if (o.energy_initial > 0.0) o.energy_residual = std::abs(o.energy.total() - o.energy_initial) / o.energy_initial;
+    o.ended = run_.ended;
+    o.message = run_.message;
+    o.solver.steps = run_.integrator.getNumStepsTaken();
+    o.solver.rejected_steps = run_.integrator.getNumStepsAttempted() - run_.integrator.getNumStepsTaken();
+    o.solver.rhs_evaluations = run_.integrator.getNumRealizations();
+    o.wall_time = run_.wall_time;
+    return o;
+  }
+
+ private:
+  Run run_;
+};
+
+}  // namespace
 
 }  // namespace train_derail::multibody
+
+extern "C" train_derail::multibody::EngineRun* train_derail_start_engine(
+    const train_derail::inputs::Scenario& scenario, const train_derail::multibody::Options& options) {
+  return new train_derail::multibody::SimbodyRun(scenario, options);
+}

@@ -11,8 +11,6 @@
 
 namespace train_derail::outcome {
 
-using model::PointMotion;
-
 namespace {
 
 /// Velocity of a point that moves with the car.
@@ -30,9 +28,17 @@ Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rul
       energy_initial_(model.energy(y.data()).total()),
       step_time_(t),
       extremes_{{inputs::kInfinity, -1, t}, {-inputs::kInfinity, -1, t}},
-      off_track_(static_cast<std::size_t>(model.car_count()), false),
-      footprints_(static_cast<std::size_t>(model.car_count())) {
-  for (Eigen::Index k = 0; k < model.car_count(); ++k) by_x_.push_back(k);
+      half_length_(model.car_count()),
+      half_width_(model.car_count()),
+      half_spacing_(model.car_count()) {
+  off_track_.setConstant(model.car_count(), false);
+  for (Eigen::Index k = 0; k < model.car_count(); ++k) {
+    const model::Car& car = model.cars()[static_cast<std::size_t>(k)];
+    half_length_[k] = 0.5 * car.length;
+    half_width_[k] = 0.5 * car.width;
+    half_spacing_[k] = 0.5 * car.truck_spacing;
+    by_x_.push_back(k);
+  }
   model_.gaps(y.data(), gap_, rate_);
   for (Eigen::Index i = 0; i < gap_.size(); ++i) extremes_.consider(i, gap_[i], t);
 }
@@ -44,7 +50,13 @@ void Monitor::GapExtremes::consider(Eigen::Index coupler, double gap, double tim
 
 void Monitor::extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const {
   const double h = t - step_time_;
-  if (h <= 0.0) return;
+  if (h <= 0.0 || gap_.size() == 0) return;
+  // A cubic leaves the range of its ends by no more than this; few steps can hold a new extreme.
+  const auto beyond = 4.0 / 27.0 * h * (rate_.abs() + rate.abs());
+  if ((gap_.min(gap) - beyond).minCoeff() >= extremes.closest.gap &&
+      (gap_.max(gap) + beyond).maxCoeff() <= extremes.widest.gap) {
+    return;
+  }
   for (Eigen::Index i = 0; i < gap_.size(); ++i) {
     extremes.consider(i, gap[i], t);
     if (rate_[i] * rate[i] >= 0.0) continue;
@@ -69,34 +81,55 @@ void Monitor::step(double t, const double* y) {
 }
 
 model::Footprint Monitor::footprint(Eigen::Index car, const model::CarMotion& motion) const {
-  const model::Car& c = model_.cars()[static_cast<std::size_t>(car)];
-  return {motion.centre, motion.axis, 0.5 * c.length, 0.5 * c.width};
+  return {motion.centre, motion.axis, half_length_[car], half_width_[car]};
+}
+
+model::CarMotion Monitor::motion(const double* y, Eigen::Index car) const {
+  const auto q = model::motion(y, model_.car_count());
+  return {{q(car, model::X), q(car, model::Y)},
+          {cosine_[car], sine_[car]},
+          {q(car, model::VX), q(car, model::VY)},
+          q(car, model::OMEGA)};
 }
 
 void Monitor::sample(double t, const double* y) {
-  cars_.clear();
-  truck_speed_max_ = 0.0;
-  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const model::Car& car = model_.cars()[i];
-    const model::CarMotion& motion = cars_.emplace_back(model_.car_motion(y, k));
-    footprints_[i] = footprint(k, motion);
-    const PointMotion front = motion.point(0.5 * car.truck_spacing), rear = motion.point(-0.5 * car.truck_spacing);
-    truck_speed_max_ = std::max({truck_speed_max_, front.velocity.norm(), rear.velocity.norm()});
-    if (std::max(std::abs(model_.off_centre(front.position)), std::abs(model_.off_centre(rear.position))) > rules_.off_track_threshold) {
-      off_track_[i] = true;
+  const Eigen::Index n = model_.car_count();
+  const auto q = model::motion(y, n);
+  const auto vx = q.col(model::VX), vy = q.col(model::VY), omega = q.col(model::OMEGA);
+  model_.headings(y, cosine_, sine_);
+
+  // Velocity of a point ahead of the centre by d: v + omega d (-sine, cosine); of one behind it with the other sign.
+  const auto rim = half_spacing_ * omega;
+  const auto ahead = (vx - rim * sine_).square() + (vy + rim * cosine_).square();
+  const auto behind = (vx + rim * sine_).square() + (vy - rim * cosine_).square();
+  truck_speed_max_ = std::sqrt(ahead.max(behind).maxCoeff());
+  if (model_.straight_track()) {
+    off_track_ = off_track_ || q.col(model::Y).abs() + half_spacing_ * sine_.abs() > rules_.off_track_threshold;
+  } else {
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const model::CarMotion car = motion(y, k);
+      for (const double arm : {half_spacing_[k], -half_spacing_[k]}) {
+        if (std::abs(model_.off_centre(car.point(arm).position)) > rules_.off_track_threshold) off_track_[k] = true;
+      }
     }
-    if (k == 0) continue;
-    const model::CarMotion& lead = cars_[i - 1];
-    const double speed =
-        (lead.point(-0.5 * model_.cars()[i - 1].length).velocity - motion.point(0.5 * car.length).velocity).norm();
-    if (speed > relative_.speed) relative_ = {speed, static_cast<int>(k), t};
-    const double centres = (lead.velocity - motion.velocity).norm();
-    if (centres > centres_.speed) centres_ = {centres, static_cast<int>(k), t};
+  }
+
+  if (n > 1) {
+    const auto consider = [t](const auto& speed_squared, RelativeSpeed& largest) {
+      Eigen::Index coupler = 0;
+      const double speed = std::sqrt(speed_squared.maxCoeff(&coupler));
+      if (speed > largest.speed) largest = {speed, static_cast<int>(coupler) + 1, t};
+    };
+    const auto pin = half_length_ * omega;
+    const auto u = vx.head(n - 1) - vx.tail(n - 1), v = vy.head(n - 1) - vy.tail(n - 1);
+    consider(u.square() + v.square(), centres_);
+    consider((u + (pin * sine_).head(n - 1) + (pin * sine_).tail(n - 1)).square() +
+                 (v - (pin * cosine_).head(n - 1) - (pin * cosine_).tail(n - 1)).square(),
+             relative_);
   }
   const model::Incidents* incidents = model_.incidents();
   if (incidents == nullptr || incidents->impacts.empty()) {
-    sample_touches(t);
+    sample_touches(t, y);
     return;
   }
   for (; impacts_seen_ < incidents->impacts.size(); ++impacts_seen_) {
@@ -110,33 +143,33 @@ void Monitor::note(const Closing& touch) {
   if (touch.speed > closing_.speed) closing_ = touch;
 }
 
-void Monitor::sample_touches(double t) {
-  const auto at = [this](Eigen::Index k) -> const model::Footprint& { return footprints_[static_cast<std::size_t>(k)]; };
+void Monitor::sample_touches(double t, const double* y) {
+  const auto q = model::motion(y, model_.car_count());
+  const auto reach = half_length_ * cosine_.abs() + half_width_ * sine_.abs();
+  rearmost_ = q.col(model::X) - reach;
+  foremost_ = q.col(model::X) + reach;
+  half_breadth_ = half_length_ * sine_.abs() + half_width_ * cosine_.abs();
   // Sweep along x; the order hardly changes from sample to sample.
-  const Eigen::Vector2d ex(1.0, 0.0), ey(0.0, 1.0);
-  const auto rearmost = [&](Eigen::Index k) { return at(k).centre.x() - at(k).reach(ex); };
   for (std::size_t i = 1; i < by_x_.size(); ++i) {
     const Eigen::Index k = by_x_[i];
     std::size_t j = i;
-    for (; j > 0 && rearmost(by_x_[j - 1]) > rearmost(k); --j) by_x_[j] = by_x_[j - 1];
+    for (; j > 0 && rearmost_[by_x_[j - 1]] > rearmost_[k]; --j) by_x_[j] = by_x_[j - 1];
     by_x_[j] = k;
   }
   std::vector<std::pair<Eigen::Index, Eigen::Index>> now;
   for (std::size_t i = 0; i < by_x_.size(); ++i) {
-    const double end = at(by_x_[i]).centre.x() + at(by_x_[i]).reach(ex);
-    for (std::size_t j = i + 1; j < by_x_.size() && rearmost(by_x_[j]) <= end; ++j) {
+    const double end = foremost_[by_x_[i]];
+    for (std::size_t j = i + 1; j < by_x_.size() && rearmost_[by_x_[j]] <= end; ++j) {
       const auto [a, b] = std::minmax(by_x_[i], by_x_[j]);
-      if (std::abs(at(a).centre.y() - at(b).centre.y()) > at(a).reach(ey) + at(b).reach(ey)) continue;
-      const auto contact = model::touch(at(a), at(b));
+      if (std::abs(q(a, model::Y) - q(b, model::Y)) > half_breadth_[a] + half_breadth_[b]) continue;
+      const model::CarMotion car_a = motion(y, a), car_b = motion(y, b);
+      const auto contact = model::touch(footprint(a, car_a), footprint(b, car_b));
       if (!contact) continue;
       now.emplace_back(a, b);
       if (std::binary_search(touching_.begin(), touching_.end(), now.back())) continue;
-      const auto velocity = [&](Eigen::Index k) {
-        return velocity_at(cars_[static_cast<std::size_t>(k)], contact->point);
-      };
-      const Eigen::Vector2d v = velocity(a) - velocity(b);
-      note({v.norm(), -v.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
-            contact->point.x(), contact->point.y()});
+      const Eigen::Vector2d v = velocity_at(car_a, contact->point) - velocity_at(car_b, contact->point);
+      note({v.norm(), -v.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t, contact->point.x(),
+            contact->point.y()});
     }
   }
   std::sort(now.begin(), now.end());

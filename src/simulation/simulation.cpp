@@ -27,7 +27,10 @@ class TrainSystem final : public solver::OdeSystem {
 
   // One event function: where the foremost car on the track is. It crosses zero at the point of derailment.
   Eigen::Index event_count() const override { return 1; }
-  void events(double, const double* y, double* values) override { values[0] = place(y, foremost(y)); }
+  void events(double, const double* y, double* values) override {
+    const double place = model_.foremost_on_track(y);
+    values[0] = std::isfinite(place) ? place : -1.0;
+  }
 
   /// Foremost of the cars that have not reached the point of derailment; -1 if all have.
   Eigen::Index foremost(const double* y) const {
@@ -55,10 +58,6 @@ class TrainSystem final : public solver::OdeSystem {
   void jacobian(double, const double* y, const SetEntry& set) override { model_.jacobian(y, set); }
 
  private:
-  double place(const double* y, Eigen::Index car) const {
-    return car < 0 ? -1.0 : model::motion(y, model_.car_count())(car, model::X);
-  }
-
   model::DerailmentModel& model_;
 };
 
@@ -252,15 +251,17 @@ Snapshot Simulation::snapshot() const {
   const double* y = impl_->state.data();
   const model::TrainModel& m = impl_->model;
   const auto q = model::motion(y, m.car_count());
+  Eigen::ArrayXd cosine, sine;
+  m.headings(y, cosine, sine);
   Snapshot s;
   s.time = impl_->time;
   for (Eigen::Index k = 0; k < m.car_count(); ++k) {
+    const double truck = 0.5 * m.cars()[static_cast<std::size_t>(k)].truck_spacing * sine[k];
     s.cars.push_back({q(k, model::X), q(k, model::Y), q(k, model::THETA), q(k, model::VX), q(k, model::VY),
                       q(k, model::OMEGA), m.past_pod(k), impl_->monitor.off_track(k),
-                      m.front_truck(y, k).position.y(), m.rear_truck(y, k).position.y(), m.derailed(k)});
+                      q(k, model::Y) + truck, q(k, model::Y) - truck, m.derailed(k)});
   }
-  for (Eigen::Index i = 0; i < m.coupler_count(); ++i) {
-    const model::CouplerState<double> b = m.coupler(y, i);
+  for (const model::CouplerState<double>& b : m.couplers(y)) {
     s.couplers.push_back({b.gap, std::atan2(b.uy, b.ux), b.axial, b.lateral, b.swing_lead, b.swing_trail,
                           b.moment_lead, b.moment_trail, m.broken(i)});
   }

@@ -19,7 +19,7 @@ StepResult Stepper::step() {
   error_.clear();
   double t = time_;
   Flag flag = evolve(t, state_);
-  if (flag != Flag::failed && !(std::isfinite(t) && state_.allFinite())) {
+  if (flag != Flag::failed && !(std::isfinite(t) && all_finite(state_.data(), state_.size()))) {
     flag = Flag::failed;
     error_ = "the state is not finite";
   }
@@ -44,16 +44,14 @@ StepResult Stepper::step() {
 
 void Stepper::error_weights(const double* y, double* weights, Eigen::Index size) const {
   const Eigen::Index controlled = size - system_.quadrature_count();
-  const Eigen::Map<const Eigen::ArrayXd> value(y, controlled);
-  Eigen::Map<Eigen::ArrayXd>(weights, controlled) = (options_.rtol * value.abs() + options_.atol).inverse();
+  solver::error_weights(options_.rtol, options_.atol, y, weights, controlled);
   // SUNDIALS wants positive weights.
   Eigen::Map<Eigen::ArrayXd>(weights + controlled, size - controlled).setConstant(1e-100);
 }
 
 int Stepper::derivative(double t, const double* y, double* dydt) {
   system_.derivative(t, y, dydt);
-  const Eigen::Map<const Eigen::ArrayXd> d(dydt, system_.size());
-  return std::isfinite(d.sum()) ? 0 : 1;
+  return all_finite(dydt, system_.size()) ? 0 : 1;
 }
 
 std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0,

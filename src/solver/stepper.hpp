@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "eigen_vector.hpp"
+#include "wide_vector.hpp"
 #include "train_derail/solver/integrator.hpp"
 
 namespace train_derail::solver {

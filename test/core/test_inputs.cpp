@@ -48,6 +48,18 @@ TEST(Units, ConvertExactly) {
   EXPECT_DOUBLE_EQ(inputs::from_si(16.54048, "m/s", "mph"), 37.0);
 }
 
+// In parentheses they are looked up in the database of UDUNITS.
+TEST(Units, CommonOnesAreThoseOfTheDatabase) {
+  const std::pair<const char*, const char*> units[] = {
+      {"ft", "m"},       {"ft/s", "m/s"}, {"mph", "m/s"}, {"kip", "N"},    {"lbf/ft", "N/m"}, {"lbf ft", "N m"},
+      {"lbf ft/rad", "N m/rad"}, {"deg", "rad"},  {"m", "m"},     {"m/s", "m/s"}, {"s", "s"},        {"rad/s", "rad/s"}};
+  for (const auto& [unit, si] : units) {
+    const std::string looked_up = "(" + std::string(unit) + ")";
+    EXPECT_DOUBLE_EQ(inputs::to_si("3.7 " + std::string(unit), si), inputs::to_si("3.7 " + looked_up, si)) << unit;
+    EXPECT_DOUBLE_EQ(inputs::from_si(3.7, si, unit), inputs::from_si(3.7, si, looked_up)) << unit;
+  }
+}
+
 TEST(Units, RefuseWhatIsNotAQuantity) {
   for (const char* text : {"", " ", "fast", "1,5", "0.15.2", "3 4", "37 mphs", "1e999", "--1", "0x10", "37 mph;"}) {
     EXPECT_THROW(inputs::to_si(text, "m/s"), std::invalid_argument) << text;

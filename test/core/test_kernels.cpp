@@ -88,5 +88,36 @@ TEST(Kernels, GapsAreThoseOfThePins) {
   }
 }
 
+TEST(Kernels, WholeTrainFunctionsAreThoseOfEachCarAndCoupler) {
+  test::Random random(33);
+  const inputs::Scenario s = train(23, random);
+  for (const std::string& name : model::DerailmentModel::instruction_sets(23)) {
+    model::DerailmentModel m(s, name);
+    const model::StateVector y = test::random_state(m, random);
+    Eigen::ArrayXd cosine, sine;
+    m.headings(y.data(), cosine, sine);
+    double foremost = -inputs::kInfinity;
+    for (Eigen::Index k = 0; k < 23; ++k) {
+      const model::CarMotion car = m.car_motion(y.data(), k);
+      EXPECT_NEAR(cosine[k], car.axis.x(), 1e-15) << name << ' ' << k;
+      EXPECT_NEAR(sine[k], car.axis.y(), 1e-15) << name << ' ' << k;
+      if (k > 0) foremost = std::max(foremost, car.centre.x());
+    }
+    EXPECT_EQ(m.foremost_on_track(y.data()), foremost) << name;
+    const std::vector<model::CouplerState<double>> couplers = m.couplers(y.data());
+    ASSERT_EQ(couplers.size(), 22u);
+    for (Eigen::Index i = 0; i < 22; ++i) {
+      const model::CouplerState<double> found = couplers[static_cast<std::size_t>(i)], expected = m.coupler(y.data(), i);
+      EXPECT_NEAR(found.gap, expected.gap, 1e-12);
+      EXPECT_NEAR(found.axial, expected.axial, 1e-12 * m.coupler_law().stiffness);
+      EXPECT_NEAR(found.swing_lead, expected.swing_lead, 1e-12);
+      EXPECT_NEAR(found.swing_trail, expected.swing_trail, 1e-12);
+      EXPECT_NEAR(found.lateral, expected.lateral, 1e-9 * (1.0 + std::abs(expected.lateral)));
+    }
+    for (Eigen::Index k = 1; k < 23; ++k) m.derail(k);
+    EXPECT_EQ(m.foremost_on_track(y.data()), -inputs::kInfinity) << name;
+  }
+}
+
 }  // namespace
 }  // namespace train_derail

@@ -30,6 +30,9 @@ class DerailmentModel final : public TrainModel {
   bool past_pod(Eigen::Index car) const override { return derailed(car); }
   void derail(Eigen::Index car);
 
+  /// x of the foremost car that has not derailed [m]; minus infinity if all have.
+  double foremost_on_track(const double* y) const;
+
   /// dydt = f(y); both of length size().
   void derivative(const double* y, double* dydt) const;
 
@@ -41,7 +44,9 @@ class DerailmentModel final : public TrainModel {
   static Eigen::Index band_index(Eigen::Index car, Coordinate c) { return kCoordinates * car + c; }
   static constexpr Eigen::Index kBandLower = 11, kBandUpper = 5;
 
+  std::vector<CouplerState<double>> couplers(const double* y) const override;
   void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const override;
+  void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const override;
   EnergyLedger energy(const double* y) const override;
 
  private:

@@ -37,6 +37,7 @@ class ExtendedModel final : public TrainModel {
   bool broken(Eigen::Index i) const override { return alive_[i] == 0.0; }
   void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const override;
   EnergyLedger energy(const double* y) const override;
+  bool straight_track() const override { return track_.straight(); }
   double off_centre(const Eigen::Vector2d& point) const override;
   const Incidents* incidents() const override { return &incidents_; }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstddef>
 #include <type_traits>
 
 namespace train_derail::model {
@@ -20,21 +19,6 @@ T select(const Condition& condition, const T& a, const T& b) {
   }
 }
 
-/// atan2(y, x) where `condition` holds, elsewhere 0. A batch goes lane by lane: few lanes hold.
-template <class Condition, class T>
-T atan2_where(const Condition& condition, const T& y, const T& x) {
-  using std::atan2;
-  if constexpr (std::is_same_v<Condition, bool>) {
-    return condition ? T(atan2(y, x)) : T(0.0);
-  } else {
-    T angle(0.0);
-    for (std::size_t i = 0; i < T::size(); ++i) {
-      if (condition[i]) angle[i] = atan2(double(y[i]), double(x[i]));
-    }
-    return angle;
-  }
-}
-
 template <class Condition>
 bool any(const Condition& condition) {
   if constexpr (std::is_same_v<Condition, bool>) {
@@ -42,6 +26,28 @@ bool any(const Condition& condition) {
   } else {
     return any_of(condition);
   }
+}
+
+/// Functions of an angle: those of the standard library, or of whoever specialises this for his batches.
+template <class T>
+struct Trigonometry {
+  static T atan2(const T& y, const T& x) {
+    using std::atan2;
+    return atan2(y, x);
+  }
+  static void sine_cosine(const T& angle, T& sine, T& cosine) {
+    using std::cos;
+    using std::sin;
+    sine = sin(angle);
+    cosine = cos(angle);
+  }
+};
+
+/// atan2(y, x) where `condition` holds, elsewhere 0.
+template <class Condition, class T>
+T atan2_where(const Condition& condition, const T& y, const T& x) {
+  if (!any(condition)) return T(0.0);
+  return select(condition, T(Trigonometry<T>::atan2(y, x)), T(0.0));
 }
 
 }  // namespace train_derail::model

@@ -61,10 +61,14 @@ class TrainModel {
 
   /// Coupler `i` joins car i (lead) and car i + 1 (trail), counted from 0; no force if it is broken.
   virtual CouplerState<double> coupler(const double* y, Eigen::Index i) const;
+  /// All of them.
+  virtual std::vector<CouplerState<double>> couplers(const double* y) const;
   virtual bool broken(Eigen::Index /*coupler*/) const { return false; }
   /// Gap of every coupler [m] and its rate of change [m/s].
   virtual void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const = 0;
 
+  /// Cosine and sine of every car's heading.
+  virtual void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const;
   CarMotion car_motion(const double* y, Eigen::Index car) const;
   /// `offset` along the car's axis from its centre, forward positive [m].
   PointMotion point(const double* y, Eigen::Index car, double offset) const { return car_motion(y, car).point(offset); }
@@ -76,6 +80,7 @@ class TrainModel {
   virtual EnergyLedger energy(const double* y) const = 0;
   Momentum momentum(const double* y) const;
 
+  virtual bool straight_track() const { return true; }
   /// Distance of a point from the centre line of the track, left positive [m].
   virtual double off_centre(const Eigen::Vector2d& point) const { return point.y(); }
 

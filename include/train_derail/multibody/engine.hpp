@@ -1,6 +1,6 @@
 // The same train, computed anew by a general multibody engine (Simbody): planar bodies, couplers and ground friction as
 // its force elements, its integrator, its events. Shares inputs and outcome with the purpose-built model, and no
-// physics. Simbody stays in the .cpp.
+// physics. Simbody stays in a module of its own.
 #pragma once
 
 #include <memory>
@@ -11,11 +11,10 @@
 
 namespace train_derail::multibody {
 
-/// Whether this build has the engine. Without it the constructor of Engine throws.
-bool available();
-
 /// Throws std::runtime_error that says how to get a build with the engine, if this one has none.
 void require();
+
+class EngineRun;
 
 /// Mistakes that can be put into the engine's forces, so that tests can show that a comparison notices them. For tests
 /// only.
@@ -68,8 +67,7 @@ class Engine {
   outcome::Outcome outcome() const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<EngineRun> run_;
 };
 
 }  // namespace train_derail::multibody

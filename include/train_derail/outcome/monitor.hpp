@@ -20,7 +20,7 @@ class Monitor {
   /// One sample; times must rise.
   void sample(double t, const double* y);
 
-  bool off_track(Eigen::Index car) const { return off_track_[static_cast<std::size_t>(car)]; }
+  bool off_track(Eigen::Index car) const { return off_track_[car]; }
   /// First touches so far, in the order of time.
   const std::vector<Closing>& touches() const { return touches_; }
   /// Largest speed of any truck centre in the last sample [m/s].
@@ -45,7 +45,9 @@ class Monitor {
   /// Adds what happens from the end of the last step to time t, where gaps and rates are as given.
   void extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const;
   model::Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
-  void sample_touches(double t);
+  /// Of the sample that is being taken.
+  model::CarMotion motion(const double* y, Eigen::Index car) const;
+  void sample_touches(double t, const double* y);
   void note(const Closing& touch);
   PileUp pile_up(const double* y) const;
   void report_peaks(double t, const double* y, Outcome& outcome) const;
@@ -57,9 +59,9 @@ class Monitor {
   double step_time_;
   Eigen::ArrayXd gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
   GapExtremes extremes_;
-  std::vector<bool> off_track_;
-  std::vector<model::CarMotion> cars_;  // of the last sample
-  std::vector<model::Footprint> footprints_;
+  Eigen::ArrayXd half_length_, half_width_, half_spacing_;
+  Eigen::Array<bool, Eigen::Dynamic, 1> off_track_;
+  Eigen::ArrayXd cosine_, sine_, rearmost_, foremost_, half_breadth_;  // headings and extents of the cars in the last sample
   std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
   Closing closing_;

@@ -1,0 +1,52 @@
+// Engine as everyone else sees it: loads the module and passes on.
+#include <dlfcn.h>
+
+#include <stdexcept>
+
+#include "multibody/engine_run.hpp"
+#include "train_derail/inputs/error.hpp"
+
+namespace train_derail::multibody {
+
+namespace {
+
+StartEngine load() {
+  // Never closed: objects of the module live until the process ends.
+  void* module = dlopen(kEngineModule, RTLD_NOW | RTLD_LOCAL);
+  void* function = module == nullptr ? nullptr : dlsym(module, kEngineFunction);
+  if (function == nullptr) {
+    throw std::runtime_error(std::string("the multibody engine cannot be loaded: ") + dlerror() +
+                             "; a build has it if Simbody is installed (Debian: libsimbody-dev) and "
+                             "TRAIN_DERAIL_MULTIBODY is ON");
+  }
+  return reinterpret_cast<StartEngine>(function);
+}
+
+StartEngine start_engine() {
+  static const StartEngine function = load();
+  return function;
+}
+
+}  // namespace
+
+void require() { start_engine(); }
+
+Engine::Engine(const inputs::Scenario& scenario, const Options& options) {
+  const std::string part = inputs::first_part_beyond_the_paper(scenario);
+  if (!part.empty()) {
+    throw inputs::InputError("scenario", part, "", "the multibody engine has no such part", "the paper's model alone");
+  }
+  run_.reset(start_engine()(scenario, options));
+}
+Engine::~Engine() = default;
+Engine::Engine(Engine&&) noexcept = default;
+Engine& Engine::operator=(Engine&&) noexcept = default;
+void Engine::advance(double t) { run_->advance(t); }
+void Engine::run() { advance(inputs::kInfinity); }
+double Engine::time() const { return run_->time(); }
+bool Engine::ended() const { return run_->ended(); }
+std::vector<CarMotion> Engine::cars() const { return run_->cars(); }
+std::vector<CouplerForce> Engine::coupler_forces() const { return run_->coupler_forces(); }
+outcome::Outcome Engine::outcome() const { return run_->outcome(); }
+
+}  // namespace train_derail::multibody

@@ -1,0 +1,24 @@
+// What the module with Simbody offers. It is loaded when first asked for: everything else starts faster without it.
+#pragma once
+
+#include "train_derail/multibody/engine.hpp"
+
+namespace train_derail::multibody {
+
+/// One run; see Engine.
+class EngineRun {
+ public:
+  virtual ~EngineRun() = default;
+  virtual void advance(double t) = 0;
+  virtual double time() const = 0;
+  virtual bool ended() const = 0;
+  virtual std::vector<CarMotion> cars() const = 0;
+  virtual std::vector<CouplerForce> coupler_forces() const = 0;
+  virtual outcome::Outcome outcome() const = 0;
+};
+
+inline constexpr char kEngineModule[] = "libtrain_derail_multibody.so";
+inline constexpr char kEngineFunction[] = "train_derail_start_engine";
+using StartEngine = EngineRun* (*)(const inputs::Scenario& scenario, const Options& options);
+
+}  // namespace train_derail::multibody
