@@ -89,11 +89,10 @@ def _changes(study, outcome):
     return [line for line in lines(study, outcome) if line.kind == 'change']
 
 
-def _all_inputs(ax, study, outcome):
+def _all_inputs(ax, study, outcome, scale):
     """Every input with a relative change, in one panel; handles for a legend."""
     changes = _changes(study, outcome)
     base = base_spread(study, outcome)
-    scale = Scale(outcome, base)
     _base_band(ax, base, scale)
     handles = []
     for i, line in enumerate(changes):
@@ -136,25 +135,27 @@ def overview(study, outcome):
     """All inputs in one panel; None if no input has a relative change."""
     if not _changes(study, outcome):
         return None
+    scale = Scale(outcome, base_spread(study, outcome))
     figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 2.9)
-    handles = _all_inputs(ax, study, outcome)
-    ax.set_ylabel(style.wrapped(Scale(outcome, base_spread(study, outcome)).label))
+    handles = _all_inputs(ax, study, outcome, scale)
+    ax.set_ylabel(style.wrapped(scale.label))
     style.legend(figure, handles, 2)
     style.heading(figure, outcome.title, detail(study, outcome))
     return figure
 
 
 def beside(study, other, outcome):
-    """The overviews of two studies of the same inputs, on the same axes; None if they have no axes in common."""
-    scale = Scale(outcome, base_spread(study, outcome))
-    if (
-        not _changes(study, outcome)
-        or Scale(outcome, base_spread(other, outcome)).relative != scale.relative
-    ):
+    """The overviews of two studies of the same inputs, both as changes from the base of the first.
+
+    So that the scatter of a base's few runs moves one point and not the whole panel. None if no input has a
+    relative change.
+    """
+    if not _changes(study, outcome):
         return None
+    scale = Scale(outcome, base_spread(study, outcome))
     figure, axes = style.panels(2, 2, style.TWO_COLUMNS, 3.2, x=True, y=True)
     for ax, one in zip(axes, (study, other)):
-        handles = _all_inputs(ax, one, outcome)
+        handles = _all_inputs(ax, one, outcome, scale)
         ax.set_title(style.wrapped(one.title, 48) + '\n' + detail(one, outcome))
     axes[0].set_ylabel(style.wrapped(scale.label))
     style.legend(figure, handles, 4)
@@ -162,7 +163,7 @@ def beside(study, other, outcome):
     style.heading(
         figure,
         outcome.title,
-        'each as a change from its own base; both alike at every point: '
+        'both as changes from the base on the left; alike at every point: '
         + ('no point in common' if p is None else f'p = {p:.2g} (rank test within points)'),
     )
     return figure

@@ -326,8 +326,8 @@ class PlotStudyTest(PlotTest):
         figure = sensitivity.beside(*studies, outcome)
         figure.draw_without_rendering()
         self.check_layout('beside', figure)
+        scale = one_at_a_time.Scale(outcome, one_at_a_time.base_spread(studies[0], outcome))
         for ax, study in zip(figure.axes, studies):
-            scale = one_at_a_time.Scale(outcome, one_at_a_time.base_spread(study, outcome))
             speed = one_at_a_time.lines(study, outcome)[0]
             np.testing.assert_allclose(
                 ax.lines[1].get_ydata(), [scale(s.spread.median) for s in speed.settings]
