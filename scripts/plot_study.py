@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Draws the results of a study: PNG and SVG in DIR/pictures, for print and readable without colour.
 
-  rosrun train_derail plot_study.py DIR      DIR: the folder that `derail study` has filled
+  rosrun train_derail plot_study.py DIR                 DIR: the folder that `derail study` has filled
+  rosrun train_derail plot_study.py DIR --beside OTHER  two studies of the same inputs side by side, as of two engines
 
 Exit codes: 0 done, 1 a picture could not be written, 2 something is wrong with DIR.
 """
@@ -37,6 +38,7 @@ OF_ALL_OUTCOMES = {
 CAPTIONS = {
     'tornado': 'What the lowest and the highest value of each input do',
     'overview': 'Change over the change of each input; points are set apart sideways',
+    'beside': 'Change over the change of each input, two studies side by side',
     'bands': 'Change over the change of each input, with the 5\N{EN DASH}95 % band of the runs',
     'curves': 'Median and 5\N{EN DASH}95 % band of the runs over the inputs',
     'scatter': 'Every run over each input, and the trend',
@@ -59,17 +61,39 @@ def pictures(study):
             yield f'{kind}_{outcome.name}', caption, draw(study, outcome)
 
 
+def of_two(study, other):
+    """(name, caption, figure) of the pictures that show two studies side by side."""
+    for of in (study, other):
+        if of.plan != 'one_at_a_time':
+            raise DataError(f'{of.title}: plan {of.plan!r}; only one_at_a_time is drawn side by side')
+    if [f.name for f in study.factors] != [f.name for f in other.factors]:
+        raise DataError(f'{study.title} and {other.title} do not vary the same inputs')
+    shared = {o.name for o in other.outcomes}
+    if not any(o.name in shared for o in study.outcomes):
+        raise DataError(f'{study.title} and {other.title} have no outcome in common')
+    for outcome in study.outcomes:
+        if outcome.name in shared:
+            counted = f'{study.counted}; {other.counted}'
+            caption = f'{outcome.title[0].upper()}{outcome.title[1:]}. {CAPTIONS["beside"]} ({counted})'
+            yield f'beside_{outcome.name}', caption, sensitivity.beside(study, other, outcome)
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument('folder', metavar='DIR', help='results of derail study')
-    folder = parser.parse_args(arguments).folder
-    out = os.path.join(folder, 'pictures')
+    parser.add_argument(
+        '--beside', metavar='OTHER', help='results of another study; only pictures of both are drawn'
+    )
+    given = parser.parse_args(arguments)
+    out = os.path.join(given.folder, 'pictures')
     style.apply()
     try:
         count = 0
-        for name, caption, figure in pictures(study_data.read(folder)):
+        study = study_data.read(given.folder)
+        drawn = of_two(study, study_data.read(given.beside)) if given.beside else pictures(study)
+        for name, caption, figure in drawn:
             if figure is not None:
                 count += len(style.save(figure, out, name, caption))
     except DataError as e:

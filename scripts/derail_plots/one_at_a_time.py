@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from derail_plots.study_data import Column, Spread
 from derail_plots.style import number
 
@@ -105,3 +107,33 @@ def detail(study, outcome):
     base = base_spread(study, outcome)
     value = f'; base: {number(base.median)} {outcome.shown_unit}'.rstrip() if base.known else ''
     return study.counted + value
+
+
+def _samples_by_setting(study, outcome):
+    """{values of the inputs: what the runs there had}."""
+    found = {}
+    for point, value in zip(study.sample_points, study.samples[outcome.name]):
+        found.setdefault(tuple(sorted(study.points[point].items())), []).append(value)
+    return found
+
+
+def probability_of_alike(study, other, outcome, exchanges=9999):
+    """How often chance alone sets two equal studies as far apart; None if they have no point in common.
+
+    Van Elteren's test: ranks within each point, by exchanging runs of the two within points; the same every time.
+    """
+    ours, theirs = _samples_by_setting(study, outcome), _samples_by_setting(other, outcome)
+    random = np.random.default_rng(1)
+    seen, by_chance = 0.0, np.zeros(exchanges)
+    shared = [setting for setting in ours if setting in theirs]
+    for setting in shared:
+        a, b = np.array(ours[setting]), np.array(theirs[setting])
+        pooled = np.concatenate([a, b])
+        ranks = np.array([np.mean(pooled < v) + 0.5 * np.mean(pooled == v) for v in pooled])
+        expected = len(a) * ranks.mean()
+        seen += ranks[: len(a)].sum() - expected
+        dealt = random.permuted(np.tile(ranks, (exchanges, 1)), axis=1)
+        by_chance += dealt[:, : len(a)].sum(axis=1) - expected
+    if not shared:
+        return None
+    return (1.0 + np.sum(np.abs(by_chance) >= abs(seen) - 1e-9)) / (1.0 + exchanges)

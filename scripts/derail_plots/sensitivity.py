@@ -4,7 +4,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from derail_plots import style
-from derail_plots.one_at_a_time import Scale, base_spread, detail, lines
+from derail_plots.one_at_a_time import Scale, base_spread, detail, lines, probability_of_alike
 
 COLOUR = style.COLOURS[0]
 APART = 1.4  # % of the input by which points of different inputs are set apart sideways
@@ -85,14 +85,14 @@ def bands(study, outcome):
     return figure
 
 
-def overview(study, outcome):
-    """All inputs in one panel; None if no input has a relative change."""
-    changes = [line for line in lines(study, outcome) if line.kind == 'change']
-    if not changes:
-        return None
+def _changes(study, outcome):
+    return [line for line in lines(study, outcome) if line.kind == 'change']
+
+
+def _all_inputs(ax, study, outcome, scale):
+    """Every input with a relative change, in one panel; handles for a legend."""
+    changes = _changes(study, outcome)
     base = base_spread(study, outcome)
-    scale = Scale(outcome, base)
-    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 2.9)
     _base_band(ax, base, scale)
     handles = []
     for i, line in enumerate(changes):
@@ -112,7 +112,6 @@ def overview(study, outcome):
     if len(ticks) <= 7:
         ax.set_xticks(ticks)
     ax.set_xlabel('change of the input (%)')
-    ax.set_ylabel(style.wrapped(scale.label))
     ax.xaxis.set_major_formatter(style.signed)
     if scale.relative:
         ax.yaxis.set_major_formatter(style.signed)
@@ -129,6 +128,42 @@ def overview(study, outcome):
         )
     )
     handles.append(Patch(label='5\N{EN DASH}95 % at the base', **style.BASE_BAND))
+    return handles
+
+
+def overview(study, outcome):
+    """All inputs in one panel; None if no input has a relative change."""
+    if not _changes(study, outcome):
+        return None
+    scale = Scale(outcome, base_spread(study, outcome))
+    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 2.9)
+    handles = _all_inputs(ax, study, outcome, scale)
+    ax.set_ylabel(style.wrapped(scale.label))
     style.legend(figure, handles, 2)
     style.heading(figure, outcome.title, detail(study, outcome))
+    return figure
+
+
+def beside(study, other, outcome):
+    """The overviews of two studies of the same inputs, both as changes from the base of the first.
+
+    So that the scatter of a base's few runs moves one point and not the whole panel. None if no input has a
+    relative change.
+    """
+    if not _changes(study, outcome):
+        return None
+    scale = Scale(outcome, base_spread(study, outcome))
+    figure, axes = style.panels(2, 2, style.TWO_COLUMNS, 3.2, x=True, y=True)
+    for ax, one in zip(axes, (study, other)):
+        handles = _all_inputs(ax, one, outcome, scale)
+        ax.set_title(style.wrapped(one.title, 48) + '\n' + detail(one, outcome))
+    axes[0].set_ylabel(style.wrapped(scale.label))
+    style.legend(figure, handles, 4)
+    p = probability_of_alike(study, other, outcome)
+    style.heading(
+        figure,
+        outcome.title,
+        'both as changes from the base on the left; alike at every point: '
+        + ('no point in common' if p is None else f'p = {p:.2g} (rank test within points)'),
+    )
     return figure

@@ -73,6 +73,7 @@ class Study:
     runs: int = 0
     failed: int = 0
     samples: dict = field(default_factory=dict)  # column name -> array over runs that did not fail
+    sample_points: list = field(default_factory=list)  # the point of each of them
 
     @property
     def counted(self):
@@ -141,6 +142,7 @@ def _read_runs(study, folder):
         if row['ended'] == FAILED:
             study.failed += 1
             continue
+        study.sample_points.append(int(row['point']))
         for column in study.factors + study.outcomes:
             if column.numeric:
                 samples[column.name].append(column.shown(row[column.name]))

@@ -13,6 +13,8 @@ namespace train_derail::apps {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr int kDiffers = 4;
 
 struct Arguments {
@@ -22,11 +24,20 @@ struct Arguments {
   bool quiet = false;
 };
 
-void write(const std::string& path, const std::string& text) {
+[[noreturn]] void unwritable(const fs::path& path) { throw std::runtime_error(path.string() + ": cannot be written"); }
+
+/// To be said before the computing, not after it. Leaves what lies there as it is.
+void require_writable(const fs::path& path) {
+  const bool there = fs::exists(path);
+  if (!std::ofstream(path, std::ios::app)) unwritable(path);
+  if (!there) fs::remove(path);
+}
+
+void write(const fs::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
+  if (!file) unwritable(path);
 }
 
 int verify(const Arguments& a) {
@@ -34,7 +45,15 @@ int verify(const Arguments& a) {
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
-  if (!a.out.empty()) std::filesystem::create_directories(a.out);
+  const fs::path summary = fs::path(a.out) / "verify.json", differences = fs::path(a.out) / "differences.csv";
+  if (!a.out.empty()) {
+    std::error_code error;
+    fs::create_directories(a.out, error);
+    if (error) throw std::runtime_error(a.out + ": " + error.message());
+    require_writable(summary);
+    require_writable(differences);
+  }
+  if (!a.json.empty() && a.json != "-") require_writable(a.json);
   multibody::Verification v;
   {
     Progress progress(!a.quiet);
@@ -43,8 +62,8 @@ int verify(const Arguments& a) {
   }
   const std::string json = multibody::to_json(v) + "\n";
   if (!a.out.empty()) {
-    write((std::filesystem::path(a.out) / "verify.json").string(), json);
-    write((std::filesystem::path(a.out) / "differences.csv").string(), multibody::differences_csv(v));
+    write(summary, json);
+    write(differences, multibody::differences_csv(v));
   }
   if (a.json == "-") std::cout << json;
   else if (!a.json.empty()) write(a.json, json);

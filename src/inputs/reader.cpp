@@ -123,6 +123,8 @@ YAML::Node load_file(const std::string& path) {
     return YAML::LoadFile(path);
   } catch (const YAML::BadFile&) {
     throw InputError(path, "", "", "cannot be read", "");
+  } catch (const std::ios_base::failure&) {  // a folder, for one
+    throw InputError(path, "", "", "cannot be read", "");
   } catch (const YAML::ParserException& e) {
     throw InputError(located(path, e.mark), "", "", "not YAML: " + e.msg, "");
   }

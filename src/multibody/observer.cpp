@@ -70,6 +70,8 @@ void Observer::sample(double t, const std::vector<CarMotion>& motion) {
     const double speed =
         (velocity(motion[k - 1], -0.5 * train_[k - 1].length) - velocity(motion[k], 0.5 * train_[k].length)).norm();
     if (speed > relative_.speed) relative_ = {speed, static_cast<int>(k), t};
+    const double centres = std::hypot(motion[k - 1].vx - motion[k].vx, motion[k - 1].vy - motion[k].vy);
+    if (centres > centres_.speed) centres_ = {centres, static_cast<int>(k), t};
   }
   touches(t, motion);
 }
@@ -107,6 +109,7 @@ void Observer::report(const std::vector<CarMotion>& motion, const std::vector<ch
   o.closing_speed_max = closing_;
   o.touches = touches_;
   o.relative_speed_max = relative_;
+  o.centre_speed_max = centres_;
   Vector2d low = Vector2d::Constant(inputs::kInfinity), high = -low;
   for (std::size_t k = 0; k < train_.size(); ++k) {
     if (past[k] == 0 && off_track_[k] == 0) continue;

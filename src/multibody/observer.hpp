@@ -54,7 +54,7 @@ class Observer {
   std::set<std::pair<std::size_t, std::size_t>> touching_;
   outcome::Closing closing_;
   int touches_ = 0;
-  outcome::RelativeSpeed relative_;
+  outcome::RelativeSpeed relative_, centres_;  // of car ends, of centres of mass
   double truck_speed_ = 0.0;
 };
 

@@ -33,8 +33,11 @@ Statistics statistics(const std::vector<char>& of_a, const std::vector<char>& ti
   return s;
 }
 
+/// Exact if all are equal, so that their variance is none.
 double mean(const std::vector<double>& x) {
-  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+  double sum = 0.0;
+  for (const double v : x) sum += v - x.front();
+  return x.front() + sum / static_cast<double>(x.size());
 }
 
 double variance(const std::vector<double>& x) {

@@ -6,10 +6,12 @@
 #include <ctime>
 #include <mutex>
 
+#include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/outcome/quantities.hpp"
 #include "train_derail/simulation/simulation.hpp"
@@ -201,6 +203,11 @@ Verification verify(const inputs::Scenario& scenario, const VerifyOptions& optio
                     const std::function<void(double, const std::string&)>& on_progress) {
   require();
   inputs::validate(scenario);
+  if (scenario.stop.time_max < options.criteria.early) {
+    throw inputs::InputError("verify", "stop.time_max", fmt::format("{:g}", scenario.stop.time_max),
+                             "too short to compare anything",
+                             fmt::format(">= {:g} s", options.criteria.early));
+  }
   Verification v;
   v.scenario = scenario;
   v.options = options;

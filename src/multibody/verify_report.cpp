@@ -65,8 +65,8 @@ std::string to_table(const Verification& v) {
   const auto failed = [&](const PairOfRuns& pair) {
     if (!pair.failed.empty()) fmt::format_to(out, "   failed: {}\n", pair.failed);
   };
-  fmt::format_to(out, "1. Early, point by point: {} cars, the first {:.2f} s, tolerance {:.0e} in both: {}\n",
-                 early.cars, early.worst.time, o.accuracy, to_string(early.verdict));
+  fmt::format_to(out, "1. Early, point by point: {} car{}, the first {:.2f} s, tolerance {:.0e} in both: {}\n",
+                 early.cars, early.cars == 1 ? "" : "s", early.worst.time, o.accuracy, to_string(early.verdict));
   fmt::format_to(out, "   largest difference of a car's position      {:10.2e} m    allowed {:.0e} m\n",
                  early.worst.position, c.position);
   fmt::format_to(out, "   of a coupler force, of the largest so far   {:10.2e}      allowed {:.0e}\n",
@@ -113,10 +113,11 @@ std::string to_table(const Verification& v) {
                  "difference, 95 %", "p (KS)", "p (MW)", "detectable");
   for (const QuantityComparison& q : e.quantities) {
     const outcome::Quantity& about = quantity(q.name);
-    fmt::format_to(out, "   {:<36} {:>8.4g} {:>8.4g} {:>+9.2g} +/- {:<5.2g} {:>9.2g} {:>9.2g} {:>11.2g} {}\n",
+    fmt::format_to(out, "   {:<36} {:>8.4g} {:>8.4g} {:>+9.3g} +/- {:<5.3g} {:>9.2g} {:>9.2g} {:>11} {}\n",
                    about.title, mean(q.purpose_built) / about.per_shown, mean(q.multibody) / about.per_shown,
                    q.mean.value / about.per_shown, q.mean.half_width / about.per_shown, q.p_distance, q.p_precedence,
-                   q.detectable / about.per_shown, about.shown_unit);
+                   std::isfinite(q.detectable) ? fmt::format("{:.3g}", q.detectable / about.per_shown) : "none",
+                   about.shown_unit);
   }
   if (e.verdict == Verdict::not_judged) {
     fmt::format_to(out, "   not judged: {} runs of each are too few, {} are needed\n", e.runs, c.runs_least);
@@ -124,9 +125,9 @@ std::string to_table(const Verification& v) {
     fmt::format_to(out,
                    "   p: Kolmogorov-Smirnov and Mann-Whitney, by permutation, all {} corrected together (Holm); "
                    "differs if any is below\n"
-                   "   alpha = {:g}. Equal engines fail in {:g} % of all such comparisons. detectable: shift of the "
-                   "mean that {} runs of each\n"
-                   "   would have shown with probability {:g}; a smaller one can be there unseen.\n",
+                   "   alpha = {:g}. Equal engines fail in at most {:g} % of such comparisons. detectable: shift of "
+                   "the mean that {} runs of each\n"
+                   "   would have shown with probability {:g}; a smaller one can be there unseen; none: too few runs\n",
                    2 * e.quantities.size(), c.alpha, 100.0 * c.alpha, e.runs, c.power);
   }
   fmt::format_to(out, "Verdict: {}{}\n", to_string(v.verdict()),

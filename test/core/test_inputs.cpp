@@ -194,6 +194,7 @@ TEST(Inputs, AScenarioMadeInCodeIsChecked) {
 
 TEST(Inputs, UnreadableFileIsNamed) {
   EXPECT_EQ(message_of([] { inputs::read_scenario_file("no/such/file.yaml"); }), "no/such/file.yaml: cannot be read");
+  EXPECT_EQ(message_of([] { inputs::read_scenario_file("/tmp"); }), "/tmp: cannot be read");
 }
 
 // Every file holds one mistake; its first line says what has to be reported, behind the file's name.

@@ -2,12 +2,16 @@
 // the limit of rigid couplers, and the statistics of the verdict.
 #include <dlfcn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <numeric>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -16,6 +20,7 @@
 #include "train_derail/multibody/engine.hpp"
 #include "train_derail/multibody/two_sample.hpp"
 #include "train_derail/multibody/verify.hpp"
+#include "train_derail/outcome/quantities.hpp"
 #include "train_derail/study/runner.hpp"
 
 namespace train_derail {
@@ -80,6 +85,9 @@ TEST(TwoSample, CorrectionAndPower) {
   const multibody::MeanDifference d = multibody::mean_difference({1, 2, 3}, {3, 4, 5}, 0.95);
   EXPECT_DOUBLE_EQ(d.value, 2.0);
   EXPECT_NEAR(d.half_width, 2.776 * std::sqrt(2.0 / 3.0), 0.001);  // t of 4 degrees of freedom
+  const std::vector<double> equal(40, 0.2);
+  EXPECT_EQ(multibody::mean_difference(equal, equal, 0.95).half_width, 0.0);
+  EXPECT_EQ(multibody::pooled_deviation(equal, equal), 0.0);
 }
 
 TEST(MultibodyEngine, ALoneCarSlidesAsFarAsTheClosedFormSays) {
@@ -166,6 +174,13 @@ TEST_P(Readings, TheTwoEnginesMoveAMixedTrainAlike) {
               1e-6 * pair.multibody.energy_initial);
   EXPECT_LT(pair.multibody.energy_residual, 1e-6);
   EXPECT_TRUE(pair.counts_equal);
+  for (const outcome::Quantity& q : outcome::kQuantities) {  // a new one has to be observed by both
+    if (q.name == "energy_residual") continue;
+    const double a = q.value(pair.purpose_built), b = q.value(pair.multibody);
+    EXPECT_NEAR(a, b, 1e-3 * std::abs(a)) << q.name;
+  }
+  EXPECT_GT(pair.purpose_built.centre_speed_max.speed, 0.0);
+  EXPECT_EQ(pair.multibody.centre_speed_max.coupler, pair.purpose_built.centre_speed_max.coupler);
 }
 
 INSTANTIATE_TEST_SUITE_P(OnTrackLaws, Readings,
@@ -191,24 +206,38 @@ TEST(Verify, AgreesOnAShortTrainAndJudgesNoSingleRuns) {
   EXPECT_NE(multibody::to_table(v).find("not judged: 1 runs of each are too few"), std::string::npos);
 }
 
+const char* name_of(Fault fault) {
+  constexpr std::array kNames{"none",           "lateral_force_sign", "coupler_arm",
+                              "no_front_truck", "friction_swapped",   "yaw_inertia"};
+  return kNames[static_cast<std::size_t>(fault)];
+}
+
+/// The time that is judged point by point, of six cars, with a mistake in the multibody engine.
+multibody::PairOfRuns first_moments(Fault fault) {
+  multibody::VerifyOptions options = quick();
+  options.fault = fault;
+  const multibody::PairOfRuns pair = multibody::follow(test::baseline(6), options, 0.4, options.criteria.early);
+  std::printf("%s: %.1e m apart, force %.1e of the largest\n", name_of(fault), pair.worst.position, pair.force_share);
+  return pair;
+}
+
+TEST(Verify, AgreesPointByPointWithoutAMistake) {
+  EXPECT_EQ(first_moments(Fault::none).verdict, Verdict::agrees);
+}
+
 class Faults : public testing::TestWithParam<Fault> {};
 
 TEST_P(Faults, AreSeenPointByPoint) {
+  EXPECT_EQ(first_moments(GetParam()).verdict, Verdict::differs);
   multibody::VerifyOptions options = quick();
   options.fault = GetParam();
   EXPECT_EQ(multibody::verify(four_cars(), options, kQuietly).verdict(), Verdict::differs);
 }
 
-std::string name_of(const testing::TestParamInfo<Fault>& info) {
-  constexpr std::array kNames{"none",           "lateral_force_sign", "coupler_arm",
-                              "no_front_truck", "friction_swapped",   "yaw_inertia"};
-  return kNames[static_cast<std::size_t>(info.param)];
-}
-
 INSTANTIATE_TEST_SUITE_P(Seeded, Faults,
                          testing::Values(Fault::lateral_force_sign, Fault::coupler_arm, Fault::no_front_truck,
                                          Fault::friction_swapped, Fault::yaw_inertia),
-                         name_of);
+                         [](const auto& fault) { return std::string(name_of(fault.param)); });
 
 TEST(Verify, EnsemblesOfEqualEnginesAgreeAndOfUnequalOnesDiffer) {
   multibody::VerifyOptions options = quick();
@@ -275,14 +304,14 @@ class VerifyCommand : public ::testing::Test {
   int derail(const std::string& arguments) {
     const int status = std::system(
         (std::string(TRAIN_DERAIL_CLI) + " " + arguments + " > " + (folder_ / "out").string() + " 2>&1").c_str());
-    std::ifstream file(folder_ / "out");
-    out_.assign(std::istreambuf_iterator<char>(file), {});
+    out_ = text_of(folder_ / "out");
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
-  nlohmann::json json(const fs::path& path) {
+  static std::string text_of(const fs::path& path) {
     std::ifstream file(path);
-    return nlohmann::json::parse(file);
+    return {std::istreambuf_iterator<char>(file), {}};
   }
+  static nlohmann::json json(const fs::path& path) { return nlohmann::json::parse(text_of(path)); }
   fs::path folder_;
   std::string out_;
 };
@@ -291,16 +320,65 @@ TEST_F(VerifyCommand, ExitCodeIsTheVerdict) {
   const std::string train = (folder_ / "train.yaml").string();
   ASSERT_EQ(derail("verify " + train + " --runs 2 --jobs 2 --out " + (folder_ / "v").string()), 0) << out_;
   EXPECT_NE(out_.find("Verdict: agrees, as far as judged"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("none mph"), std::string::npos) << "two runs are sure to show no shift of a speed\n" << out_;
   const nlohmann::json j = json(folder_ / "v" / "verify.json");
   EXPECT_EQ(j.at("verdict"), "agrees");
   EXPECT_EQ(j.at("ensemble").at("quantities").size(), 6U);
   EXPECT_EQ(j.at("ensemble").at("quantities")[0].at("multibody").size(), 2U);
-  std::ifstream differences(folder_ / "v" / "differences.csv");
-  const std::string rows(std::istreambuf_iterator<char>(differences), {});
+  const std::string rows = text_of(folder_ / "v" / "differences.csv");
   EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 1 + 2 * 81);
   EXPECT_EQ(derail("verify " + train + " --runs 1 --set solver.steps_max=5"), 4) << out_;
   EXPECT_EQ(derail("verify " + train + " --runs 0"), 2) << out_;
   EXPECT_EQ(derail("verify nothing.yaml"), 2) << out_;
+  EXPECT_EQ(derail("verify " + folder_.string()), 2) << out_;
+  EXPECT_EQ(derail("verify " + train + " --set stop.time_max=0.2"), 2) << "nothing would be compared";
+  EXPECT_NE(out_.find("stop.time_max = '0.2': too short"), std::string::npos) << out_;
+}
+
+TEST_F(VerifyCommand, OneCarIsATrain) {
+  const std::string arguments = "verify " + (folder_ / "train.yaml").string() + " --set consist[0].count=1 --runs 8";
+  ASSERT_EQ(derail(arguments + " --out " + (folder_ / "v").string()), 0) << out_;
+  EXPECT_NE(out_.find("1 car, the first 0.30 s"), std::string::npos) << out_;
+  EXPECT_EQ(json(folder_ / "v" / "verify.json").at("short_trains").size(), 1U);
+}
+
+TEST_F(VerifyCommand, APlaceThatCannotBeWrittenIsSaidBeforeTheComputing) {
+  const std::string long_run = "verify " TRAIN_DERAIL_SOURCE_DIR "/config/baseline.yaml --runs 1000 ";
+  EXPECT_EQ(derail(long_run + "--out " + (folder_ / "train.yaml").string()), 1);
+  EXPECT_NE(out_.find("train.yaml: Not a directory"), std::string::npos) << out_;
+  fs::create_directories(folder_ / "v" / "differences.csv");
+  EXPECT_EQ(derail(long_run + "--out " + (folder_ / "v").string()), 1);
+  EXPECT_NE(out_.find("differences.csv: cannot be written"), std::string::npos) << out_;
+  EXPECT_FALSE(fs::exists(folder_ / "v" / "verify.json"));
+  EXPECT_EQ(derail(long_run + "--json " + (folder_ / "nowhere" / "x.json").string()), 1);
+  EXPECT_NE(out_.find("x.json: cannot be written"), std::string::npos) << out_;
+}
+
+TEST_F(VerifyCommand, AnInterruptLeavesEarlierResultsAsTheyWere) {
+  const fs::path out = folder_ / "v";
+  fs::create_directory(out);
+  std::ofstream(out / "verify.json") << "of yesterday";
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    execl(TRAIN_DERAIL_CLI, "derail", "verify", TRAIN_DERAIL_SOURCE_DIR "/config/baseline.yaml", "--quiet", "--out",
+          out.c_str(), nullptr);
+    _exit(127);
+  }
+  clockid_t clock{};
+  ASSERT_EQ(clock_getcpuclockid(child, &clock), 0);
+  timespec used{};  // the whole takes minutes
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (used.tv_sec < 1 && std::chrono::steady_clock::now() < give_up && clock_gettime(clock, &used) == 0)
+    std::this_thread::yield();
+  kill(child, SIGINT);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_GE(used.tv_sec, 1);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGINT);
+  EXPECT_EQ(text_of(out / "verify.json"), "of yesterday");
+  EXPECT_FALSE(fs::exists(out / "differences.csv"));
 }
 
 TEST_F(VerifyCommand, AStudyRemembersItsEngine) {

@@ -299,6 +299,72 @@ class PlotStudyTest(PlotTest):
         self.assertEqual(code, 1)
         self.assertIn(os.path.join(folder, 'pictures'), said)
 
+    def again(self, *changes, seed=8):
+        """The study `alone` a second time, with other draws; `changes`: further (old, new) in its file."""
+        folder = tempfile.mkdtemp(dir=self.folder)
+        text = STUDIES['alone'] + f'seed: {seed}\n'
+        for old, new in changes:
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        path = os.path.join(folder, 'again.yaml')
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(text.replace('scenario.yaml', self.path('scenario.yaml')))
+        self.derail('study', path, '--out', os.path.join(folder, 'again'))
+        return os.path.join(folder, 'again')
+
+    def test_two_studies_side_by_side(self):
+        ours, again = self.copy('alone'), self.again()
+        done = script('plot_study.py', ours, '--beside', again)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        names = [f'beside_{o}' for o in ('cars_past_pod', 'closing_speed_max', 'coupler_force_peak')]
+        found = sorted(os.listdir(os.path.join(ours, 'pictures')))
+        self.assertEqual(found, [f'{n}.{kind}' for n in names for kind in ('png', 'svg')])
+        for name in names:
+            self.check_picture(os.path.join(ours, 'pictures', name + '.png'))
+        studies = [study_data.read(folder) for folder in (ours, again)]
+        outcome = studies[0].outcomes[1]
+        figure = sensitivity.beside(*studies, outcome)
+        figure.draw_without_rendering()
+        self.check_layout('beside', figure)
+        scale = one_at_a_time.Scale(outcome, one_at_a_time.base_spread(studies[0], outcome))
+        for ax, study in zip(figure.axes, studies):
+            speed = one_at_a_time.lines(study, outcome)[0]
+            np.testing.assert_allclose(
+                ax.lines[1].get_ydata(), [scale(s.spread.median) for s in speed.settings]
+            )
+            self.assertIn('32 runs, 4 a point, 4 failed', ax.get_title())
+
+    def test_probability_that_two_studies_are_alike(self):
+        study = study_data.read(self.path('alone'))
+        same, other, larger = (study_data.read(self.again(seed=s)) for s in (8, 9, 8))
+        force = study.outcomes[1]
+        self.assertEqual(one_at_a_time.probability_of_alike(study, study, force), 1.0)
+        self.assertGreater(one_at_a_time.probability_of_alike(same, other, force), 0.01)
+        larger.samples[force.name] = 1.5 * larger.samples[force.name]
+        self.assertLess(one_at_a_time.probability_of_alike(same, larger, force), 0.001)
+        # One point, two runs against two, all apart: 2 of the 6 ways to deal them.
+        few = [study_data.Study('', '', 2, [], [], {}, set(), points={0: {}}) for _ in range(2)]
+        for one, values in zip(few, ([1.0, 2.0], [3.0, 4.0])):
+            one.sample_points, one.samples = [0, 0], {force.name: np.array(values)}
+        self.assertAlmostEqual(
+            one_at_a_time.probability_of_alike(*few, force, exchanges=49999), 1.0 / 3.0, delta=0.01
+        )
+        few[1].points = {0: {'initial.speed': '1'}}
+        self.assertIsNone(one_at_a_time.probability_of_alike(*few, force))
+
+    def test_studies_that_do_not_match_are_refused(self):
+        def refused(other, text):
+            code, said = refusal(plot_study.main, self.copy('alone'), '--beside', other)
+            self.assertEqual((code, said.count('\n')), (2, 1), said)
+            self.assertIn(text, said)
+
+        refused('/no/such/folder', '/no/such/folder: no such folder')
+        refused(self.path('grid'), "plan 'grid'; only one_at_a_time")
+        weight = '  - {key: "consist[0].weight", label: a rather long label for a narrow panel, scale: [0.5, 1.2]}\n'
+        refused(self.again((weight, '')), 'do not vary the same inputs')
+        outcomes = '[cars_past_pod, coupler_force_peak, closing_speed_max]'
+        refused(self.again((outcomes, '[stop_time]')), 'have no outcome in common')
+
     def test_report_embeds_the_pictures(self):
         for study, names in EXPECTED.items():
             self.derail('report', self.path(study))

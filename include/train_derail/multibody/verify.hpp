@@ -92,7 +92,8 @@ struct Verification {
 };
 
 /// `on_progress(done, what)` with done in [0, 1], from any thread, one call at a time.
-/// Throws inputs::InputError, and std::runtime_error if this build has no engine.
+/// Throws inputs::InputError, also if the run may not last as long as criteria.early, and std::runtime_error if this
+/// build has no engine.
 Verification verify(const inputs::Scenario& scenario, const VerifyOptions& options,
                     const std::function<void(double, const std::string&)>& on_progress);
 
