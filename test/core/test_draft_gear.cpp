@@ -21,12 +21,29 @@ inputs::Coupler gear() {
   return c;
 }
 
+/// Buff force `excess` beyond the slack; as large in draft.
+double gear_force(const inputs::Coupler& c, double excess) {
+  const double buff = model::coupler_spring_force<double>(c, c.length - 0.5 * c.slack - excess);
+  EXPECT_NEAR(model::coupler_spring_force<double>(c, c.length + 0.5 * c.slack + excess), -buff, 1e-7 * c.stiffness * 1e-3);
+  return buff;
+}
+
 TEST(DraftGear, IsSoftOverItsTravelAndSolidBeyond) {
   const inputs::Coupler c = gear();
-  EXPECT_EQ(model::draft_gear_force(c, 0.0), 0.0);
-  EXPECT_DOUBLE_EQ(model::draft_gear_force(c, 0.1), 2e6);
-  EXPECT_DOUBLE_EQ(model::draft_gear_force(c, 0.15), 3e6);
-  EXPECT_NEAR(model::draft_gear_force(c, 0.16), 3e6 + 4e6, 1e-6);
+  for (const double within : {-0.49, 0.0, 0.3, 0.49}) {
+    EXPECT_EQ(model::coupler_spring_force<double>(c, c.length + within * c.slack), 0.0);
+  }
+  EXPECT_NEAR(gear_force(c, 0.1), 2e6, 1e-6);
+  EXPECT_NEAR(gear_force(c, 0.15), 3e6, 1e-6);
+  EXPECT_NEAR(gear_force(c, 0.16), 3e6 + 4e6, 1e-6);
+}
+
+TEST(DraftGear, IsThePapersCouplerWithoutTravel) {
+  inputs::Coupler c = gear();
+  c.draft_gear_travel = 0.0;
+  for (double gap = 0.5; gap < 2.0; gap += 0.013) {
+    EXPECT_EQ(model::coupler_spring_force<double>(c, gap), model::axial_force<double>(c, gap)) << gap;
+  }
 }
 
 TEST(DraftGear, ForceIsTheSlopeOfTheEnergy) {
@@ -34,7 +51,7 @@ TEST(DraftGear, ForceIsTheSlopeOfTheEnergy) {
   for (const double d : {0.01, 0.1, 0.149, 0.151, 0.2, 0.4}) {
     const double e = 1e-5;
     const double slope = (model::draft_gear_energy(c, d + e) - model::draft_gear_energy(c, d - e)) / (2.0 * e);
-    EXPECT_NEAR(slope / model::draft_gear_force(c, d), 1.0, 1e-8) << d;
+    EXPECT_NEAR(slope / gear_force(c, d), 1.0, 1e-8) << d;
   }
   EXPECT_EQ(model::draft_gear_energy(c, 0.0), 0.0);
   EXPECT_NEAR(model::draft_gear_energy(c, 0.15 + 1e-12), model::draft_gear_energy(c, 0.15), 1e-3);
@@ -98,7 +115,7 @@ TEST_P(Meeting, LoadsTheGearToTheEnergyThatItBrings) {
   for (int i = 0; i < 100; ++i) {
     (model::draft_gear_energy(s.coupler, 0.5 * (low + high)) < energy ? low : high) = 0.5 * (low + high);
   }
-  EXPECT_NEAR(loaded.force / model::draft_gear_force(s.coupler, low), 1.0, 5e-3);
+  EXPECT_NEAR(loaded.force / gear_force(s.coupler, low), 1.0, 5e-3);
   EXPECT_EQ(loaded.coupler, 0);
   EXPECT_EQ(idle.force, 0.0);
   // They part as they met.
