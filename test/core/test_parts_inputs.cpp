@@ -1,0 +1,215 @@
+// What is refused of the parts beyond the paper: each message names key, value, what is wrong and what is allowed.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "extended_fixtures.hpp"
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/writer.hpp"
+
+namespace train_derail {
+namespace {
+
+using inputs::Scenario;
+
+std::string refusal(const Scenario& s) {
+  try {
+    inputs::validate(s);
+  } catch (const inputs::InputError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+std::string refusal(const std::function<void(Scenario&)>& change, Scenario s = test::accident(10)) {
+  change(s);
+  return refusal(s);
+}
+
+TEST(Parts, TheExampleIsValid) { EXPECT_EQ(refusal(test::accident(10)), "no error"); }
+
+struct Part {
+  std::string name;
+  std::function<void(Scenario&)> on;
+};
+
+const std::vector<Part> kParts{
+    {"ground.on_track_law: rails", [](Scenario& s) { s.ground.on_track_law = inputs::OnTrackLaw::rails; }},
+    {"ground.off_track_law: by_slip", [](Scenario& s) { s.ground.off_track_law = inputs::OffTrackLaw::by_slip; }},
+    {"ground.patches", [](Scenario& s) { s.ground.patches = {{0.0, 1.0, 0.0, 1.0, 2.0}}; }},
+    {"contact.law", [](Scenario& s) { s.contact.law = inputs::ContactLaw::elastic; }},
+    {"coupler.draft_gear_travel", [](Scenario& s) { s.coupler.draft_gear_travel = 0.1; }},
+    {"coupler.damping_ratio", [](Scenario& s) { s.coupler.damping_ratio = 0.1; }},
+    {"coupler.break_draft", [](Scenario& s) { s.coupler.break_draft = 1e6; }},
+    {"coupler.break_swing", [](Scenario& s) { s.coupler.break_swing = 0.8; }},
+    {"coupler.break_moment", [](Scenario& s) { s.coupler.break_moment = 1e6; }}};
+
+TEST(Parts, NeedTheSteppedMethod) {
+  for (const Part& part : kParts) {
+    for (const auto& [name, method] : {std::pair{"dormand_prince", inputs::Method::dormand_prince},
+                                       std::pair{"cash_karp", inputs::Method::cash_karp}, std::pair{"bdf", inputs::Method::bdf}}) {
+      Scenario s = test::baseline();
+      s.solver.method = method;
+      part.on(s);
+      EXPECT_EQ(refusal(s), std::string("scenario: solver.method = '") + name + "': " + part.name +
+                                " makes the motion not smooth; allowed: semi_implicit");
+    }
+    Scenario s = test::baseline();
+    s.solver.method = inputs::Method::semi_implicit;
+    s.solver.fixed_step = 1e-3;
+    part.on(s);
+    EXPECT_EQ(refusal(s), "no error") << part.name;
+  }
+}
+
+TEST(Parts, SteppedMethodNeedsItsStep) {
+  EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step.reset(); }),
+            "scenario: solver.fixed_step = '': missing: semi_implicit has no error control; allowed: (0, 1] s");
+  EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step = 0.0; }), "scenario: solver.fixed_step = '0': out of range; allowed: (0, 1] s");
+}
+
+TEST(Parts, SteppedMethodHasNoGuidedCars) {
+  Scenario s = test::baseline();
+  s.solver.method = inputs::Method::semi_implicit;
+  s.solver.fixed_step = 1e-3;
+  s.ground.on_track_law = inputs::OnTrackLaw::guided;
+  EXPECT_EQ(refusal(s), "scenario: ground.on_track_law = 'guided': constraints are for the other methods; "
+                        "allowed: rails, isotropic, along_track");
+}
+
+TEST(Parts, SomeNeedRails) {
+  Scenario s = test::baseline();
+  s.solver.method = inputs::Method::semi_implicit;
+  s.solver.fixed_step = 1e-3;
+  const std::string why = ": needs rails; allowed: ground.on_track_law: rails, or leave it out";
+  EXPECT_EQ(refusal([](Scenario& c) { c.brakes.law = inputs::BrakeLaw::air; }, s), "scenario: brakes.law = 'air'" + why);
+  EXPECT_EQ(refusal([](Scenario& c) { c.track.grade = 0.01; }, s), "scenario: track.grade = '0.01'" + why);
+  EXPECT_EQ(refusal([](Scenario& c) { c.track.curves = {{0.0, 1.0, 0.001}}; }, s), "scenario: track.curves = '1 curves'" + why);
+  EXPECT_EQ(refusal([](Scenario& c) { c.initial.cars_ahead = 3; }, s), "scenario: initial.cars_ahead = '3'" + why);
+  EXPECT_EQ(refusal([](Scenario& c) { c.initial.perturbation.kick = 0.5; }, s), "scenario: initial.perturbation.kick = '0.5'" + why);
+  EXPECT_EQ(refusal([](Scenario& c) { c.initial.perturbation.alignment = 0.5; }, s),
+            "scenario: initial.perturbation.alignment = '0.5'" + why);
+}
+
+TEST(Parts, ACarHasToBeLeftToDerail) {
+  EXPECT_EQ(refusal([](Scenario& s) { s.initial.cars_ahead = 9; }), "no error");
+  EXPECT_EQ(refusal([](Scenario& s) { s.initial.cars_ahead = 10; }),
+            "scenario: initial.cars_ahead = '10': leaves no car to derail; allowed: 0 to 9");
+  EXPECT_EQ(refusal([](Scenario& s) { s.initial.cars_ahead = -1; }), "scenario: initial.cars_ahead = '-1': out of range; allowed: [0, 999]");
+}
+
+TEST(Parts, CurvesFollowEachOther) {
+  EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.001}, {-50.0, 50.0, -0.001}}; }), "no error");
+  EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.001}, {-51.0, 50.0, -0.001}}; }),
+            "scenario: track.curves[1].start = '-51': begins before the curve before it ends; allowed: >= -50 m");
+  EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 0.0, 0.001}}; }),
+            "scenario: track.curves[0].length = '0': out of range; allowed: > 0 m");
+  EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.03}}; }),
+            "scenario: track.curves[0].curvature = '0.03': out of range; allowed: [-0.02, 0.02] 1/m");
+}
+
+TEST(Parts, PatchesAreNotEmpty) {
+  EXPECT_EQ(refusal([](Scenario& s) { s.ground.patches = {{5.0, 5.0, 0.0, 1.0, 2.0}}; }),
+            "scenario: ground.patches[0].x_to = '5': empty patch; allowed: > 5 m");
+  EXPECT_EQ(refusal([](Scenario& s) { s.ground.patches = {{0.0, 5.0, 0.0, 1.0, 2.0}, {0.0, 5.0, 2.0, 1.0, 2.0}}; }),
+            "scenario: ground.patches[1].y_to = '1': empty patch; allowed: > 2 m");
+}
+
+struct Number {
+  std::string key;
+  std::function<void(Scenario&, double)> set;
+  double too_small;  // or too large; NaN if any finite number is allowed
+  bool infinite = false;
+};
+
+#define NUMBER(key, ...) \
+  Number { #key, [](Scenario& s, double v) { s.key = v; }, __VA_ARGS__ }
+
+TEST(Parts, EveryNumberIsFiniteAndInItsRange) {
+  const double any = std::nan("");
+  const std::vector<Number> numbers{
+      NUMBER(consist[0].brake_share, -0.1),
+      NUMBER(coupler.draft_gear_stiffness, 0.0),
+      NUMBER(coupler.draft_gear_travel, -0.1),
+      NUMBER(coupler.damping_ratio, 2.1),
+      NUMBER(coupler.break_draft, 0.0, true),
+      NUMBER(coupler.break_swing, 0.0, true),
+      NUMBER(coupler.break_moment, 0.0, true),
+      NUMBER(ground.in_line_friction, -0.1),
+      NUMBER(ground.broadside_friction, -0.1),
+      NUMBER(ground.slip_ratio, 0.0),
+      NUMBER(ground.far_distance, 0.0),
+      NUMBER(ground.patches[0].x_from, any),
+      NUMBER(ground.patches[0].x_to, any),
+      NUMBER(ground.patches[0].y_from, any),
+      NUMBER(ground.patches[0].y_to, any),
+      NUMBER(ground.patches[0].factor, -0.1),
+      NUMBER(rails.stiffness, 0.0),
+      NUMBER(rails.damping_ratio, -0.1),
+      NUMBER(rails.derail_ratio, -0.1, true),
+      NUMBER(rails.derail_time, -0.1),
+      NUMBER(rails.torn_length, -0.1),
+      NUMBER(track.grade, 0.2),
+      NUMBER(track.curves[0].start, any),
+      NUMBER(track.curves[0].length, 0.0),
+      NUMBER(track.curves[0].curvature, -0.03),
+      NUMBER(brakes.rolling_resistance, -0.1),
+      NUMBER(brakes.force, -0.1),
+      NUMBER(brakes.build_up_time, -0.1),
+      NUMBER(brakes.dead_time, -0.1),
+      NUMBER(brakes.propagation_speed, 0.0, true),
+      NUMBER(brakes.radio_delay, -0.1),
+      NUMBER(brakes.emergency_time, any),
+      NUMBER(contact.stiffness, 0.0),
+      NUMBER(contact.restitution, 1.1),
+      NUMBER(contact.friction, -0.1),
+      NUMBER(contact.crush_force, 0.0, true),
+      NUMBER(initial.perturbation.kick, -0.1),
+      NUMBER(initial.perturbation.alignment, -0.1)};
+  Scenario valid = test::accident(10);
+  valid.ground.patches = {{0.0, 5.0, 0.0, 1.0, 2.0}};
+  valid.track.curves = {{-100.0, 50.0, 0.001}};
+  ASSERT_EQ(refusal(valid), "no error");
+  const auto begins = [](const std::string& text, const std::string& with) { return text.compare(0, with.size(), with) == 0; };
+  for (const Number& n : numbers) {
+    const auto with = [&](double v) { return refusal([&](Scenario& s) { n.set(s, v); }, valid); };
+    const std::string key = "scenario: " + n.key;
+    EXPECT_TRUE(begins(with(std::nan("")), key + " = 'nan': not a finite number; allowed: ")) << with(std::nan(""));
+    EXPECT_TRUE(begins(with(-inputs::kInfinity), key + " = '-inf': not a finite number; allowed: ")) << with(-inputs::kInfinity);
+    if (n.infinite) EXPECT_EQ(with(inputs::kInfinity), "no error") << n.key;
+    else EXPECT_TRUE(begins(with(inputs::kInfinity), key + " = 'inf': not a finite number; allowed: ")) << with(inputs::kInfinity);
+    if (!std::isnan(n.too_small)) EXPECT_TRUE(begins(with(n.too_small), key + " = '")) << n.key << ": " << with(n.too_small);
+  }
+}
+
+// Everything new is written and read back.
+TEST(Parts, SurviveWritingAndReading) {
+  Scenario s = test::accident(10);
+  s.consist[0].brake_share = 0.7;
+  s.consist[0].brake_source = inputs::BrakeSource::remote;
+  s.ground.patches = {{1.0, 2.0, 3.0, 4.0, 0.5}, {5.0, 6.0, 7.0, 8.0, 1.5}};
+  s.track.grade = -0.012;
+  s.track.curves = {{-300.0, 100.0, 0.002}, {10.0, 20.0, -0.003}};
+  s.brakes.signal = inputs::BrakeSignal::electronic;
+  s.brakes.emergency_time = -1.0 / 3.0;
+  s.initial.cars_ahead = 4;
+  s.contact.crush_force = 5e6;
+  const std::string once = inputs::to_yaml(s);
+  const Scenario again = inputs::read_scenario(YAML::Load(once), "again");
+  EXPECT_EQ(inputs::to_yaml(again), once);
+  EXPECT_EQ(again.consist[0].brake_source, inputs::BrakeSource::remote);
+  EXPECT_EQ(again.ground.patches.at(1).factor, 1.5);
+  EXPECT_EQ(again.track.curves.at(1).curvature, -0.003);
+  EXPECT_EQ(again.brakes.emergency_time, s.brakes.emergency_time);
+  EXPECT_EQ(again.brakes.signal, inputs::BrakeSignal::electronic);
+  EXPECT_EQ(again.initial.cars_ahead, 4);
+  EXPECT_EQ(again.initial.perturbation.kick, s.initial.perturbation.kick);
+  EXPECT_EQ(again.coupler.break_moment, inputs::kInfinity);
+  EXPECT_EQ(again.solver.method, inputs::Method::semi_implicit);
+}
+
+}  // namespace
+}  // namespace train_derail
