@@ -261,9 +261,11 @@ Snapshot Simulation::snapshot() const {
                       q(k, model::OMEGA), m.past_pod(k), impl_->monitor.off_track(k),
                       q(k, model::Y) + truck, q(k, model::Y) - truck, m.derailed(k)});
   }
-  for (const model::CouplerState<double>& b : m.couplers(y)) {
+  const std::vector<model::CouplerState<double>> couplers = m.couplers(y);
+  for (std::size_t i = 0; i < couplers.size(); ++i) {
+    const model::CouplerState<double>& b = couplers[i];
     s.couplers.push_back({b.gap, std::atan2(b.uy, b.ux), b.axial, b.lateral, b.swing_lead, b.swing_trail,
-                          b.moment_lead, b.moment_trail, m.broken(i)});
+                          b.moment_lead, b.moment_trail, m.broken(static_cast<Eigen::Index>(i))});
   }
   return s;
 }
