@@ -79,8 +79,9 @@ def run(arguments):
     errors = np.array(errors)
     sizes = np.abs(errors)
     lines += ['', f'{len(errors)} accidents, {arguments.seeds} runs each. Median less real count: mean '
-              f'{errors.mean():+.1f}, mean of the magnitudes {sizes.mean():.1f}, largest {errors[sizes.argmax()]:+.0f}. The real count lies '
-              f'within the 5 to 95 % of the seeds in {inside} of {len(errors)}.']
+              f'{errors.mean():+.1f}, mean of the magnitudes {sizes.mean():.1f}, largest '
+              f'{errors[sizes.argmax()]:+.0f}. The real count lies within the 5 to 95 % of the seeds in {inside} of '
+              f'{len(errors)}.']
     return '\n'.join(lines) + '\n'
 
 
