@@ -102,19 +102,24 @@ StateVector ExtendedModel::initial_state() const {
   const Eigen::Index first = initial_.cars_ahead;
   m.col(X) -= half_spacing_[first];
   m(first, VY) = m(first, OMEGA) * half_spacing_[first];
-  if (track_.straight()) return state;
   for (Eigen::Index k = 0; k < car_count(); ++k) {
-    // Both truck centres on the centre line, the car turning with the track.
-    const Track::Node front = track_.at(m(k, X) + half_spacing_[k]), rear = track_.at(m(k, X) - half_spacing_[k]);
-    const Eigen::Vector2d chord = front.point - rear.point, centre = 0.5 * (front.point + rear.point);
-    const Eigen::Vector2d velocity = 0.5 * initial_.speed * (front.tangent + rear.tangent);
-    const Eigen::Vector2d turning = initial_.speed * (front.tangent - rear.tangent);
+    // Both truck centres on the rails, the car moving along them.
+    const auto on_rails_at = [&](double s) {
+      const Track::Node n = track_.at(s);
+      return Eigen::Vector2d(n.point + track_.alignment(s) * Eigen::Vector2d(-n.tangent.y(), n.tangent.x()));
+    };
+    const double s_front = m(k, X) + half_spacing_[k], s_rear = m(k, X) - half_spacing_[k], step = 0.01;
+    const Eigen::Vector2d front = on_rails_at(s_front), rear = on_rails_at(s_rear);
+    const Eigen::Vector2d front_velocity = initial_.speed / step * (on_rails_at(s_front + step) - front);
+    const Eigen::Vector2d rear_velocity = initial_.speed / step * (on_rails_at(s_rear + step) - rear);
+    const Eigen::Vector2d chord = front - rear, centre = 0.5 * (front + rear), velocity = 0.5 * (front_velocity + rear_velocity);
+    const Eigen::Vector2d turning = front_velocity - rear_velocity, across(-chord.normalized().y(), chord.normalized().x());
+    const double swing_out = m(k, VY);
     m(k, X) = centre.x();
     m(k, Y) = centre.y();
     m(k, THETA) = std::atan2(chord.y(), chord.x());
-    const double lateral = m(k, VY);
-    m(k, VX) = velocity.x() - lateral * chord.normalized().y();
-    m(k, VY) = velocity.y() + lateral * chord.normalized().x();
+    m(k, VX) = velocity.x() + swing_out * across.x();
+    m(k, VY) = velocity.y() + swing_out * across.y();
     m(k, OMEGA) += (chord.x() * turning.y() - chord.y() * turning.x()) / chord.squaredNorm();
   }
   return state;
@@ -335,8 +340,6 @@ void ExtendedModel::vent(double t, double place) {
     }
   };
   spread(t, place);
-  if (emergency_) return;
-  emergency_ = true;
   for (Eigen::Index k = 0; k < pipe_.size(); ++k) {
     if (brake_source_[static_cast<std::size_t>(k)]) spread(t + brakes_.radio_delay, pipe_[k]);
   }

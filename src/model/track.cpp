@@ -57,7 +57,7 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) : s_m
       const double angle = heading(scenario.track.curves, s);
       return Eigen::Vector2d(std::cos(angle), std::sin(angle));
     };
-    // Steps of a bin along the heading in its middle: second order, 1 mm in 100 m at the sharpest curves.
+    // Steps of a bin along the heading in its middle: second order, 3 mm in 100 m at the sharpest curve allowed.
     Eigen::Vector2d point(0.0, 0.0);
     for (std::size_t i = 0; i < bins; ++i) {
       nodes_[i] = {point, direction(s_of(i))};

@@ -10,7 +10,7 @@ namespace train_derail::model {
 
 /// F >= 0 [N] at overlap `depth` [m], growing at `rate` [m/s]. `crushed` [m]: part of the depth that has yielded in this touch,
 /// kept by the caller, 0 at first. Loading k (d - d_c) up to crush_force; unloading e^2 of it: then the impulse after over the
-/// impulse before is e (harmonic half-waves of stiffness k and e^2 k).
+/// impulse before is e (harmonic quarter waves of stiffness k and e^2 k), if nothing has crushed.
 inline double contact_force(const inputs::Contact& c, double depth, double rate, double& crushed) {
   if (rate > 0.0) crushed = std::max(crushed, depth - c.crush_force / c.stiffness);
   const double spring = c.stiffness * std::max(depth - crushed, 0.0);

@@ -82,7 +82,6 @@ class ExtendedModel final : public TrainModel {
   Eigen::ArrayXd pin_x_, pin_y_, moment_lead_, moment_trail_;  // cars + 1 entries
   std::vector<inputs::GroundPatch> patches_;
   Eigen::Index standing_ = -1;  // foremost car that stands on the rails behind what has derailed
-  bool emergency_ = false;
   std::unique_ptr<Contacts> contacts_;
   Incidents incidents_;
   EnergyLedger spent_;  // its work_... terms
