@@ -1,10 +1,10 @@
 #include "verify_command.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
+#include "files.hpp"
 #include "progress.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/multibody/verify.hpp"
@@ -22,13 +22,6 @@ struct Arguments {
   bool quiet = false;
 };
 
-void write(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
-}
-
 int verify(const Arguments& a) {
   multibody::require();
   std::vector<inputs::Override> overrides;
@@ -43,11 +36,11 @@ int verify(const Arguments& a) {
   }
   const std::string json = multibody::to_json(v) + "\n";
   if (!a.out.empty()) {
-    write((std::filesystem::path(a.out) / "verify.json").string(), json);
-    write((std::filesystem::path(a.out) / "differences.csv").string(), multibody::differences_csv(v));
+    write_file((std::filesystem::path(a.out) / "verify.json").string(), json);
+    write_file((std::filesystem::path(a.out) / "differences.csv").string(), multibody::differences_csv(v));
   }
   if (a.json == "-") std::cout << json;
-  else if (!a.json.empty()) write(a.json, json);
+  else if (!a.json.empty()) write_file(a.json, json);
   if (!a.quiet && a.json != "-")
     std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << multibody::to_table(v);
   std::cout.flush();

@@ -63,6 +63,8 @@ void describe_study(V& v, StudyEntry& s) {
   v.group("perturbation", s.perturbation, [](auto& w, auto& p) {
     w.number("spacing", p.spacing, {"m", "ft", inputs::at_least(0)}, "See initial.perturbation of a scenario.");
     w.number("yaw_rate", p.yaw_rate, {"1", "", inputs::at_least(0)}, "See initial.perturbation of a scenario.");
+    w.number("kick", p.kick, {"m/s", "ft/s", inputs::at_least(0)}, "See initial.perturbation of a scenario.");
+    w.number("alignment", p.alignment, {"m", "ft", inputs::at_least(0)}, "See initial.perturbation of a scenario.");
   }, "Sizes; every run has a seed of its own.");
   v.texts("outcomes", s.outcomes, "What is summarised and drawn.");
   v.integer("seed", s.seed, inputs::between(0, 9007199254740992.0), false, "Of points and perturbations.");
@@ -191,7 +193,10 @@ std::string to_json(const Study& s) {
   j["engine"] = s.engine == Engine::multibody ? "multibody" : "purpose_built";
   j["samples"] = s.samples;
   j["replicates"] = s.replicates;
-  j["perturbation"] = {{"spacing", s.perturbation.spacing}, {"yaw_rate", s.perturbation.yaw_rate}};
+  j["perturbation"] = {{"spacing", s.perturbation.spacing},
+                       {"yaw_rate", s.perturbation.yaw_rate},
+                       {"kick", s.perturbation.kick},
+                       {"alignment", s.perturbation.alignment}};
   j["seed"] = s.seed;
   j["outcomes"] = s.outcomes;
   for (const Factor& f : s.factors) {
