@@ -1,10 +1,10 @@
 #include "verify_command.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
+#include "files.hpp"
 #include "progress.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/multibody/verify.hpp"
@@ -33,13 +33,6 @@ void require_writable(const fs::path& path) {
   if (!there) fs::remove(path);
 }
 
-void write(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) unwritable(path);
-}
-
 int verify(const Arguments& a) {
   multibody::require();
   std::vector<inputs::Override> overrides;
@@ -62,11 +55,11 @@ int verify(const Arguments& a) {
   }
   const std::string json = multibody::to_json(v) + "\n";
   if (!a.out.empty()) {
-    write(summary, json);
-    write(differences, multibody::differences_csv(v));
+    write_file(summary.string(), json);
+    write_file(differences.string(), multibody::differences_csv(v));
   }
   if (a.json == "-") std::cout << json;
-  else if (!a.json.empty()) write(a.json, json);
+  else if (!a.json.empty()) write_file(a.json, json);
   if (!a.quiet && a.json != "-")
     std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << multibody::to_table(v);
   std::cout.flush();

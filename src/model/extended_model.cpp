@@ -140,7 +140,12 @@ void ExtendedModel::start(const double* y) {
   cos_ = q.col(THETA).cos();
   sin_ = q.col(THETA).sin();
   kernels_->places(arrays(), y, px_.data(), py_.data());
-  for (Eigen::Index i = 0; i < px_.size(); ++i) arc_[i] = track_.foot({px_[i], py_[i]}, px_[i]);
+  // Looked for near where the scenario has the car: on a long curve x says nothing of it.
+  const StateVector nominal = TrainModel::initial_state();
+  for (Eigen::Index i = 0; i < px_.size(); ++i) {
+    const double near = nominal[car_of(i)] - half_spacing_[initial_.cars_ahead] + arm(i);
+    arc_[i] = track_.foot({px_[i], py_[i]}, near);
+  }
   pass_pod(y);
   if (rails_on_) {
     for (Eigen::Index i = 0; i < px_.size(); ++i) {
@@ -191,9 +196,9 @@ bool ExtendedModel::derailed(Eigen::Index car) const {
   return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
 }
 
-double ExtendedModel::off_centre(const Eigen::Vector2d& point) const {
+double ExtendedModel::off_centre(Eigen::Index car, const Eigen::Vector2d& point) const {
   if (track_.straight()) return point.y();
-  const Track::Node n = track_.at(track_.foot(point, point.x()));
+  const Track::Node n = track_.at(track_.foot(point, arc_[truck(car, FRONT)]));
   return (point - n.point).dot(Eigen::Vector2d(-n.tangent.y(), n.tangent.x()));
 }
 

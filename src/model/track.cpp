@@ -76,7 +76,9 @@ Track::Node Track::at(double s) const {
   const double share = b - static_cast<double>(i), beyond = s - (s_min_ + b * kBin);
   const Node &a = nodes_[i], &c = nodes_[i + 1];
   const Eigen::Vector2d tangent = (a.tangent + share * (c.tangent - a.tangent)).normalized();
-  return {a.point + share * (c.point - a.point) + beyond * tangent, tangent};
+  // Between two nodes an arc bulges from its chord, against the way it turns.
+  const Eigen::Vector2d bulge = -0.5 * share * (1.0 - share) * kBin * (c.tangent - a.tangent);
+  return {a.point + share * (c.point - a.point) + bulge + beyond * tangent, tangent};
 }
 
 double Track::foot(const Eigen::Vector2d& p, double s) const {

@@ -109,7 +109,7 @@ void Monitor::sample(double t, const double* y) {
     for (Eigen::Index k = 0; k < n; ++k) {
       const model::CarMotion car = motion(y, k);
       for (const double arm : {half_spacing_[k], -half_spacing_[k]}) {
-        if (std::abs(model_.off_centre(car.point(arm).position)) > rules_.off_track_threshold) off_track_[k] = true;
+        if (std::abs(model_.off_centre(k, car.point(arm).position)) > rules_.off_track_threshold) off_track_[k] = true;
       }
     }
   }

@@ -81,8 +81,8 @@ class TrainModel {
   Momentum momentum(const double* y) const;
 
   virtual bool straight_track() const { return true; }
-  /// Distance of a point from the centre line of the track, left positive [m].
-  virtual double off_centre(const Eigen::Vector2d& point) const { return point.y(); }
+  /// Distance of a point of a car from the centre line of the track, left positive [m].
+  virtual double off_centre(Eigen::Index /*car*/, const Eigen::Vector2d& point) const { return point.y(); }
 
   /// What the model itself has noted; null if it notes nothing and everything follows from states.
   virtual const Incidents* incidents() const { return nullptr; }
