@@ -21,7 +21,9 @@ std::string number(double value, const char* format) {
 std::string field(double value) { return std::isnan(value) ? "" : fmt::format("{}", value); }
 
 std::string title(const Rated& r) {
-  if (r.name == "simulation") return "simulation";
+  if (r.name == "simulation") return "simulation, mean of the members";
+  if (r.name == "stretched") return "  its interval stretched to hold 90 %";
+  if (r.name == "best_member") return "  its best member on other rows";
   const char* what = r.name == to_string(FitKind::straight_line) ? "straight line in speed"
                      : r.name == to_string(FitKind::linear)      ? "linear in speed, tail, tons"
                                                                  : "log-log in speed, tail, tons";
@@ -104,7 +106,8 @@ std::string to_json(const Validation& v) {
                  {"rows", v.accidents.rows.size()},
                  {"members", v.members},
                  {"failed", v.failed},
-                 {"interval", {0.05, 0.95}}};
+                 {"interval", {0.05, 0.95}},
+                 {"stretched_by", v.stretched.factor}};
   for (const Group& g : v.groups) j["groups"].push_back(to_json(g));
   return j.dump(2, ' ', false, ordered_json::error_handler_t::replace);
 }
@@ -112,7 +115,7 @@ std::string to_json(const Validation& v) {
 std::string rows_csv(const Validation& v) {
   std::string text = "line";
   for (const std::string& column : v.accidents.columns) text += "," + study::quoted(column);
-  text += ",predicted_mean,predicted_sd,predicted_q05,predicted_median,predicted_q95,predicted_members";
+  text += ",predicted_mean,predicted_sd,predicted_q05,predicted_median,predicted_q95,predicted_members,stretched_low,stretched_high";
   for (const Fit& f : v.fits) text += fmt::format(",{0},{0}_left_out", to_string(f.kind));
   text += "\n";
   for (std::size_t i = 0; i < v.accidents.rows.size(); ++i) {
@@ -121,7 +124,7 @@ std::string rows_csv(const Validation& v) {
     text += fmt::format("{}", a.line);
     for (const std::string& value : a.fields) text += "," + study::quoted(value);
     for (const double value : {p.mean, p.sd, p.q05, p.median, p.q95}) text += "," + field(value);
-    text += fmt::format(",{}", p.count);
+    text += fmt::format(",{},{},{}", p.count, field(v.stretched.low[i]), field(v.stretched.high[i]));
     for (const Fit& f : v.fits) text += "," + field(f.fitted[i]) + "," + field(f.left_out[i]);
     text += "\n";
   }

@@ -1,5 +1,6 @@
 #include "train_derail/validation/scores.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -61,6 +62,68 @@ Coverage coverage(const std::vector<double>& real, const std::vector<double>& lo
     if (low[i] <= real[i] && real[i] <= high[i]) inside += 1.0;
   }
   return n > 0.0 ? Coverage{inside / n, width / n} : Coverage{kNone, kNone};
+}
+
+namespace {
+
+constexpr std::size_t kFolds = 5;
+
+/// How far outside of its interval a count lies, in halves of it; the factor that would just hold it.
+double factor_needed(double real, double low, double median, double high) {
+  return real >= median ? (real - median) / (high - median + 1.0) : (median - real) / (median - low + 1.0);
+}
+
+}  // namespace
+
+Stretched stretch(const std::vector<double>& real, const std::vector<double>& low, const std::vector<double>& median,
+                  const std::vector<double>& high, double wanted) {
+  const auto factor_of = [&](const auto& counts) {
+    std::vector<double> needed;
+    for (std::size_t i = 0; i < real.size(); ++i) {
+      if (counts(i) && !std::isnan(median[i])) needed.push_back(factor_needed(real[i], low[i], median[i], high[i]));
+    }
+    if (needed.empty()) return kNone;
+    std::sort(needed.begin(), needed.end());
+    // The share among one more row than there are: the one to be predicted.
+    return study::quantile(needed, std::min(wanted * (1.0 + 1.0 / static_cast<double>(needed.size())), 1.0));
+  };
+  const auto apply = [&](double factor, std::size_t i, double& from, double& to) {
+    from = std::max(median[i] - factor * (median[i] - low[i] + 1.0), 0.0);
+    to = median[i] + factor * (high[i] - median[i] + 1.0);
+  };
+  Stretched s;
+  s.factor = factor_of([](std::size_t) { return true; });
+  s.low.resize(real.size());
+  s.high.resize(real.size());
+  std::vector<double> from(real.size()), to(real.size());
+  for (std::size_t fold = 0; fold < kFolds; ++fold) {
+    const double factor = factor_of([fold](std::size_t i) { return i % kFolds != fold; });
+    for (std::size_t i = fold; i < real.size(); i += kFolds) apply(factor, i, from[i], to[i]);
+  }
+  for (std::size_t i = 0; i < real.size(); ++i) apply(s.factor, i, s.low[i], s.high[i]);
+  s.held_out = coverage(real, from, to);
+  return s;
+}
+
+std::vector<double> best_of_the_others(const std::vector<double>& real, const std::vector<std::vector<double>>& predictions) {
+  std::vector<double> chosen(real.size(), kNone);
+  const std::size_t members = predictions.empty() ? 0 : predictions.front().size();
+  for (std::size_t fold = 0; fold < kFolds; ++fold) {
+    double least = std::numeric_limits<double>::infinity();
+    std::size_t best = members;
+    for (std::size_t m = 0; m < members; ++m) {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < real.size(); ++i) {
+        if (i % kFolds != fold) sum += std::abs(predictions[i][m] - real[i]);
+      }
+      if (sum < least) {
+        least = sum;
+        best = m;
+      }
+    }
+    for (std::size_t i = fold; i < real.size() && best < members; i += kFolds) chosen[i] = predictions[i][best];
+  }
+  return chosen;
 }
 
 std::vector<SpeedBand> by_speed(const std::vector<double>& mph, const std::vector<double>& real,

@@ -48,7 +48,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
 
 /// One way to predict, scored on a group of rows.
 struct Rated {
-  std::string name;  // "simulation", or that of a fit
+  std::string name;  // "simulation", "stretched" or "best_member" of it (scores.hpp), or that of a fit
   std::string rows;  // that it was made from: "none", "these", "the others" (leave one out)
   Score score;
   std::optional<Coverage> coverage;  // of the 5-95 % interval
@@ -69,6 +69,8 @@ struct Validation {
   study::Study study;
   std::int64_t members = 0, failed = 0;
   std::vector<study::Spread> predicted;  // row by row, derailed cars; count: members that did not fail
+  std::vector<std::vector<double>> counts;  // row by row, member by member; NaN if it failed
+  Stretched stretched;                   // 5-95 % intervals, from all rows
   std::vector<Fit> fits;                 // from all rows
   std::vector<Group> groups;             // with at least one row
 };
