@@ -16,6 +16,7 @@
 #include "train_derail/outcome/report.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/simulation/trajectory_csv.hpp"
+#include "validate_command.hpp"
 #include "verify_command.hpp"
 
 namespace {
@@ -120,6 +121,7 @@ int main(int argc, char** argv) {
       "  derail check my_train.yaml                                       what is understood, in SI, defaults filled in\n"
       "  derail keys                                                      every key of a scenario file\n"
       "  derail study config/studies/paper_sensitivity.yaml --out results  many runs: medians, ranges, tables\n"
+      "  derail validate accidents.csv --study config/studies/accident_validation.yaml   against real accidents\n"
       "  derail verify config/baseline.yaml                               a general multibody engine's second opinion\n\n"
       "A long train is chaotic: one run is one draw. Compare ensembles (initial.perturbation), not single runs.\n"
       "Exit codes: 0 done, 1 output could not be written, 2 something is wrong with the input, 3 integration failed,\n"
@@ -147,6 +149,7 @@ int main(int argc, char** argv) {
 
   std::function<int()> further_command;
   apps::add_study_commands(app, further_command);
+  apps::add_validate_command(app, further_command);
   apps::add_verify_command(app, further_command);
 
   try {

@@ -1,15 +1,14 @@
 #include "study_commands.hpp"
 
-#include <atomic>
 #include <charconv>
-#include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
 #include <fmt/format.h>
 
+#include "files.hpp"
+#include "interrupt.hpp"
 #include "progress.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/study/report.hpp"
@@ -20,9 +19,7 @@ namespace train_derail::apps {
 
 namespace {
 
-constexpr int kInputWrong = 2, kInterrupted = 130;
-
-std::atomic<bool> stop{false};  // written by the signal handler, hence here
+constexpr int kInputWrong = 2;
 
 struct Arguments {
   std::string file, folder, out, shard, engine;
@@ -74,8 +71,7 @@ int finish(const std::string& folder, const study::Study& study, std::int64_t fa
 int run(const Arguments& a) {
   const study::Study study = read_study(a);
   study::RunOptions options{folder_of(a), a.jobs, a.resume, parse_shard(a.shard)};
-  std::signal(SIGINT, [](int) { stop = true; });
-  std::signal(SIGTERM, [](int) { stop = true; });
+  stop_on_signals();
   study::RunReport report;
   {
     Progress progress(!a.quiet);
@@ -114,10 +110,7 @@ int report(const Arguments& a) {
     return kInputWrong;
   }
   const std::string path = a.out.empty() ? (std::filesystem::path(a.folder) / "report.html").string() : a.out;
-  std::ofstream file(path, std::ios::binary);
-  file << page;
-  file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
+  write_file(path, page);
   if (!a.quiet) std::cout << path << "\n";
   return 0;
 }

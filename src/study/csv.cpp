@@ -10,7 +10,8 @@ namespace train_derail::study {
 
 namespace {
 
-std::vector<std::string> fields_of(const std::string& line) {
+std::vector<std::string> fields_of(std::string line) {
+  if (!line.empty() && line.back() == '\r') line.pop_back();
   std::vector<std::string> fields(1);
   bool quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -34,6 +35,15 @@ std::size_t Table::column(const std::string& name) const {
   const auto place = std::find(names.begin(), names.end(), name);
   if (place == names.end()) throw std::runtime_error(fmt::format("{}: no column '{}'", path, name));
   return static_cast<std::size_t>(place - names.begin());
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"') out += '"';
+    out += c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return out + "\"";
 }
 
 Table read_csv(const std::string& path) {

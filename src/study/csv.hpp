@@ -15,7 +15,10 @@ struct Table {
   std::size_t column(const std::string& name) const;
 };
 
-/// Throws std::runtime_error: the file cannot be read, or a row has not as many fields as there are columns.
+/// A field between double quotes; line ends become spaces.
+std::string quoted(const std::string& text);
+
+/// Lines may end with CR LF. Throws std::runtime_error: the file cannot be read, or a row has not as many fields as there are columns.
 Table read_csv(const std::string& path);
 
 }  // namespace train_derail::study

@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "study/csv.hpp"
 #include "train_derail/outcome/quantities.hpp"
 #include "train_derail/outcome/report.hpp"
 
@@ -30,15 +31,6 @@ namespace {
   throw std::runtime_error(path + ": " + problem);
 }
 [[noreturn]] void fail_errno(const std::string& path) { fail(path, std::strerror(errno)); }
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"') out += '"';
-    out += c == '\n' || c == '\r' ? ' ' : c;
-  }
-  return out + "\"";
-}
 
 // The computing time stands last: it is what differs between two runs of the same study, and is left out of runs.csv.
 std::string header(const Study& study) {

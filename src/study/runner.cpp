@@ -7,10 +7,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
+#include "study/parallel.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/multibody/engine.hpp"
 #include "train_derail/simulation/simulation.hpp"
@@ -68,41 +66,31 @@ RunReport run_study(const Study& study, const RunOptions& options, const std::fu
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   std::mutex mutex;
   std::exception_ptr broken;  // the journal cannot be written: nothing more can be kept
-  const int jobs = options.jobs > 0 ? options.jobs : tbb::this_task_arena::max_concurrency();
-  const tbb::global_control as_asked(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(jobs));
-  tbb::task_arena arena(jobs);
-  arena.execute([&] {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, missing.size(), 1),
-        [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t i = range.begin(); i != range.end(); ++i) {
-            {
-              const std::lock_guard<std::mutex> lock(mutex);
-              if (stop || broken) return;
-            }
-            const Run run = run_of(study, missing[i]);
-            const Point& point = all[static_cast<std::size_t>(run.point)];
-            const outcome::Outcome outcome = outcome_of(study, point, run);
-            const std::lock_guard<std::mutex> lock(mutex);
-            if (broken) return;
-            try {
-              journal.append(point, run, outcome);
-            } catch (const std::runtime_error&) {
-              broken = std::current_exception();
-              return;
-            }
-            ++report.computed;
-            ++progress.done;
-            if (outcome.ended == outcome::Ended::integration_failed) {
-              ++report.failed;
-              progress.message = outcome.message;
-            }
-            progress.failed = report.failed;
-            progress.rate = static_cast<double>(report.computed) / elapsed();
-            on_progress(progress);
-          }
-        },
-        tbb::simple_partitioner());
+  for_each_run(missing.size(), options.jobs, [&](std::size_t i) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (stop || broken) return;
+    }
+    const Run run = run_of(study, missing[i]);
+    const Point& point = all[static_cast<std::size_t>(run.point)];
+    const outcome::Outcome outcome = outcome_of(study, point, run);
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (broken) return;
+    try {
+      journal.append(point, run, outcome);
+    } catch (const std::runtime_error&) {
+      broken = std::current_exception();
+      return;
+    }
+    ++report.computed;
+    ++progress.done;
+    if (outcome.ended == outcome::Ended::integration_failed) {
+      ++report.failed;
+      progress.message = outcome.message;
+    }
+    progress.failed = report.failed;
+    progress.rate = static_cast<double>(report.computed) / elapsed();
+    on_progress(progress);
   });
   if (broken) std::rethrow_exception(broken);
   report.runs = progress.done;

@@ -1,0 +1,86 @@
+// A study of every accident of a table: predicted counts of derailed cars, with their spread, against the real ones.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "train_derail/outcome/outcome.hpp"
+#include "train_derail/study/runner.hpp"
+#include "train_derail/study/statistics.hpp"
+#include "train_derail/study/study.hpp"
+#include "train_derail/validation/accidents.hpp"
+#include "train_derail/validation/scores.hpp"
+
+namespace train_derail::validation {
+
+/// The same study without its factors: members differ by their seed alone, as many as before.
+study::Study seeds_only(study::Study study);
+
+/// Runs a row: points of the study times replicates. Throws inputs::InputError unless the study can be used: a plan that samples
+/// (latin_hypercube, sobol) or none, no factor that the rows decide, an engine that knows rails.
+std::int64_t members_a_row(const study::Study& study);
+
+/// One run: row `row` of the table with the inputs of a point of the study.
+struct Member {
+  std::size_t row = 0;    // place in AccidentTable::rows
+  std::int64_t member = 0;
+  std::int64_t seed = 0;  // depends on the study's seed, the line in the file and the member alone
+  Derailed derailed;
+  outcome::Outcome outcome;  // locomotives count in it
+};
+
+struct Ensembles {
+  std::vector<Member> members;  // row by row; all there unless stopped
+  std::int64_t failed = 0;
+  bool stopped = false;
+  double wall_time = 0.0;  // s
+};
+
+/// Member j of every row has the inputs of the study's point j / replicates. Does not depend on `jobs` (0: one a core), nor on which
+/// other rows the table has. `on_progress` is called from the worker threads, one at a time. `stop` makes it return after the runs
+/// in flight. Throws inputs::InputError, also if a row and the base scenario do not go together (the message names the line).
+Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
+              const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
+
+/// One way to predict, scored on a group of rows.
+struct Rated {
+  std::string name;  // "simulation", or that of a fit
+  std::string rows;  // that it was made from: "none", "these", "the others" (leave one out)
+  Score score;
+  std::optional<Coverage> coverage;  // of the 5-95 % interval
+};
+
+/// Rows that are scored together; fits are made from these rows.
+struct Group {
+  std::string name;
+  std::size_t rows = 0;
+  std::vector<Rated> rated;
+  std::vector<Fit> fits;
+  std::vector<SpeedBand> bands;
+  double exponent_real = 0.0, exponent_predicted = 0.0;  // of the count over speed
+};
+
+struct Validation {
+  AccidentTable accidents;
+  study::Study study;
+  std::int64_t members = 0, failed = 0;
+  std::vector<study::Spread> predicted;  // row by row, derailed cars; count: members that did not fail
+  std::vector<Fit> fits;                 // from all rows
+  std::vector<Group> groups;             // with at least one row
+};
+Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles);
+
+/// For people.
+std::string to_table(const Validation& v);
+/// Everything but the rows.
+std::string to_json(const Validation& v);
+/// The table's own columns, then what was predicted; one line a row.
+std::string rows_csv(const Validation& v);
+/// One line a run: inputs sampled, all of outcome::kQuantities.
+std::string members_csv(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles);
+
+}  // namespace train_derail::validation

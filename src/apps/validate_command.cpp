@@ -1,0 +1,141 @@
+#include "validate_command.hpp"
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "files.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/units.hpp"
+#include "train_derail/study/summary.hpp"
+#include "train_derail/validation/validation.hpp"
+
+namespace train_derail::apps {
+
+namespace {
+
+namespace fs = std::filesystem;
+using inputs::InputError;
+
+constexpr int kInputWrong = 2;
+
+struct Arguments {
+  std::string table, study, out, min_speed;
+  std::vector<std::string> set;
+  int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as the study says
+  bool seeds_only = false, quiet = false;
+};
+
+study::Study read_study(const Arguments& a) {
+  std::vector<inputs::Override> overrides;
+  for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
+  study::Study study = study::read_study_file(a.study, overrides);
+  if (a.members > 0) {
+    study.samples = a.members;
+    study.replicates = 1;
+  }
+  validation::members_a_row(study);
+  return a.seeds_only ? validation::seeds_only(study) : study;
+}
+
+validation::AccidentTable read_table(const Arguments& a) {
+  validation::AccidentTable table = validation::read_accidents(a.table);
+  double slowest = 0.0;
+  try {
+    if (!a.min_speed.empty()) slowest = inputs::to_si(a.min_speed, "m/s") / inputs::kMph;
+  } catch (const std::invalid_argument& e) {
+    throw InputError("command line", "--min-speed", a.min_speed, e.what(), "a speed, as in \"10 mph\"");
+  }
+  std::vector<validation::Accident> wanted;
+  for (const validation::Accident& row : table.rows) {
+    const bool due = (row.line - 2) % static_cast<std::size_t>(a.every) == 0;
+    if (due && row.speed_mph >= slowest - 1e-9 && row.cars_from_pod_to_rear >= a.min_tail) wanted.push_back(row);
+  }
+  if (wanted.empty()) throw InputError(a.table, "", "", "no row is left of those asked for", "at least one row");
+  table.rows = std::move(wanted);
+  return table;
+}
+
+/// Made before the computing; a folder that holds a study stays whole.
+void claim(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder + ": " + error.message());
+  if (fs::exists(fs::path(folder) / "study.json")) throw std::runtime_error(folder + ": holds the results of a study");
+}
+
+int validate(const Arguments& a) {
+  validation::AccidentTable table;
+  try {
+    table = read_table(a);
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::runtime_error& e) {  // no table at all
+    std::cerr << "derail: " << e.what() << "\n";
+    return kInputWrong;
+  }
+  const study::Study study = read_study(a);
+  const std::string folder = a.out.empty() ? fs::path(a.table).stem().string() + ".validated" : a.out;
+  claim(folder);
+  stop_on_signals();
+  validation::Ensembles ensembles;
+  {
+    Progress progress(!a.quiet);
+    ensembles = validation::run(study, table, a.jobs, [&](const study::Progress& p) {
+      progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
+                      fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
+                                  p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
+    }, stop);
+  }
+  if (ensembles.stopped) {
+    std::cerr << "derail: stopped; nothing is written\n";
+    return kInterrupted;
+  }
+  const validation::Validation v = validation::evaluate(study, table, ensembles);
+  const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
+  write_file(path("rows.csv"), validation::rows_csv(v));
+  write_file(path("members.csv"), validation::members_csv(study, table, ensembles));
+  write_file(path("validation.json"), validation::to_json(v) + "\n");
+  study::write_about(folder, study, static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.wall_time);
+  if (ensembles.failed > 0) {
+    std::cerr << fmt::format("derail: {} of {} runs failed; their rows in members.csv say why\n", ensembles.failed,
+                             ensembles.members.size());
+  }
+  if (!a.quiet) {
+    std::cout << study.title << "\n"
+              << validation::to_table(v)
+              << fmt::format("{} runs in {} (rows.csv, members.csv, validation.json, about.json), {:.1f} s\n",
+                             ensembles.members.size(), folder, ensembles.wall_time);
+  }
+  std::cout.flush();
+  if (!std::cout) throw std::runtime_error("standard output: could not be written whole");
+  return 0;
+}
+
+}  // namespace
+
+void add_validate_command(CLI::App& app, std::function<int()>& command) {
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  CLI::App* sub = app.add_subcommand(
+      "validate", "Predict the cars derailed in real accidents, one ensemble a row, and score it against what happened");
+  sub->add_option("DATA", a.table, "Table of accidents, CSV (columns: docs/validation.md; example: config/accidents)")->required();
+  sub->add_option("--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
+  sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")->allow_extra_args(false);
+  sub->add_option("--members", a.members, "Runs a row, instead of what the study says")->check(CLI::Range(1, 100000));
+  sub->add_flag("--seeds-only", a.seeds_only, "Inputs stay at the base scenario's; members differ by their seed alone");
+  sub->add_option("--min-speed", a.min_speed, "Only rows of this speed or more, as in \"10 mph\"");
+  sub->add_option("--min-tail", a.min_tail, "Only rows with at least so many cars from the first derailed one to the rear")
+      ->check(CLI::Range(1, 1000));
+  sub->add_option("--every", a.every, "Only every so manyth row of the table")->check(CLI::Range(1, 1000000));
+  sub->add_option("--out", a.out, "Folder of the results; default: the table's name with .validated");
+  sub->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  sub->add_flag("--quiet", a.quiet, "No progress and no table");
+  sub->callback([&command, arguments] { command = [arguments] { return validate(*arguments); }; });
+}
+
+}  // namespace train_derail::apps

@@ -1,0 +1,148 @@
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "study/csv.hpp"
+#include "train_derail/outcome/quantities.hpp"
+#include "train_derail/validation/validation.hpp"
+
+namespace train_derail::validation {
+
+using nlohmann::ordered_json;
+
+namespace {
+
+std::string number(double value, const char* format) {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
+}
+
+/// Empty where there is none.
+std::string field(double value) { return std::isnan(value) ? "" : fmt::format("{}", value); }
+
+std::string title(const Rated& r) {
+  if (r.name == "simulation") return "simulation";
+  const char* what = r.name == to_string(FitKind::straight_line) ? "straight line in speed"
+                     : r.name == to_string(FitKind::linear)      ? "linear in speed, tail, tons"
+                                                                 : "log-log in speed, tail, tons";
+  return fmt::format("{}, {}", what, r.rows == "these" ? "in sample" : "left out");
+}
+
+std::string terms_of(FitKind kind) {
+  switch (kind) {
+    case FitKind::straight_line: return "cars = c0 + c1 mph";
+    case FitKind::linear: return "cars = c0 + c1 mph + c2 tail + c3 tons";
+    case FitKind::log_log: return "ln cars = c0 + c1 ln mph + c2 ln tail + c3 ln tons";
+  }
+  return "";
+}
+
+ordered_json to_json(const Group& g) {
+  ordered_json j{{"name", g.name}, {"rows", g.rows}};
+  for (const Rated& r : g.rated) {
+    ordered_json s{{"name", r.name},
+                   {"made_from", r.rows},
+                   {"rows", r.score.count},
+                   {"mean_absolute_error", r.score.mean_absolute_error},
+                   {"bias", r.score.bias},
+                   {"root_mean_square_error", r.score.root_mean_square_error},
+                   {"r2", r.score.r2}};
+    if (r.coverage) {
+      s["coverage"] = r.coverage->share;
+      s["interval_width"] = r.coverage->mean_width;
+    }
+    j["scores"].push_back(s);
+  }
+  j["speed_exponent"] = {{"real", g.exponent_real}, {"predicted", g.exponent_predicted}};
+  for (const Fit& f : g.fits) {
+    j["fits"].push_back({{"name", to_string(f.kind)}, {"terms", terms_of(f.kind)}, {"coefficients", f.coefficients}});
+  }
+  for (const SpeedBand& b : g.bands) {
+    j["speeds"].push_back({{"from_mph", b.from},
+                           {"to_mph", b.to},
+                           {"rows", b.count},
+                           {"mean_mph", b.speed},
+                           {"real", b.real},
+                           {"real_sd", b.real_sd},
+                           {"predicted", b.predicted},
+                           {"error", b.error}});
+  }
+  return j;
+}
+
+}  // namespace
+
+std::string to_table(const Validation& v) {
+  std::string text = fmt::format("{} accidents, {} members each{}\n", v.accidents.rows.size(), v.members,
+                                 v.failed > 0 ? fmt::format(", {} runs failed", v.failed) : "");
+  if (v.members < 20) text += "With fewer than 20 members the 5-95 % interval is little more than the range of the members.\n";
+  for (const Group& g : v.groups) {
+    text += fmt::format("\n{} ({} rows)\n    {:<42}{:>7}{:>8}{:>8}{:>8}{:>10}{:>8}\n", g.name, g.rows, "", "MAE", "bias", "RMSE", "R2",
+                        "in 5-95 %", "width");
+    for (const Rated& r : g.rated) {
+      text += fmt::format("    {:<42}{:>7}{:>8}{:>8}{:>8}{:>10}{:>8}\n", title(r), number(r.score.mean_absolute_error, "{:.2f}"),
+                          number(r.score.bias, "{:+.2f}"), number(r.score.root_mean_square_error, "{:.2f}"),
+                          number(r.score.r2, "{:.3f}"), r.coverage ? number(100.0 * r.coverage->share, "{:.0f} %") : "",
+                          r.coverage ? number(r.coverage->mean_width, "{:.1f}") : "");
+    }
+    text += fmt::format("    cars ~ speed^b: b = {} real, {} predicted\n", number(g.exponent_real, "{:.2f}"),
+                        number(g.exponent_predicted, "{:.2f}"));
+  }
+  if (v.groups.empty()) return text;
+  const Group& last = v.groups.back();
+  text += fmt::format("\n{}\n    {:>10}{:>6}{:>10}{:>6}{:>11}{:>9}\n", last.name, "mph", "rows", "real", "sd", "predicted", "error");
+  for (const SpeedBand& b : last.bands) {
+    text += fmt::format("    {:>10}{:>6}{:>10.1f}{:>6}{:>11.1f}{:>7.0f} %\n", fmt::format("{:.0f}-{:.0f}", b.from, b.to), b.count,
+                        b.real, number(b.real_sd, "{:.1f}"), b.predicted, 100.0 * b.error);
+  }
+  return text;
+}
+
+std::string to_json(const Validation& v) {
+  ordered_json j{{"table", v.accidents.path},
+                 {"study", v.study.title},
+                 {"rows", v.accidents.rows.size()},
+                 {"members", v.members},
+                 {"failed", v.failed},
+                 {"interval", {0.05, 0.95}}};
+  for (const Group& g : v.groups) j["groups"].push_back(to_json(g));
+  return j.dump(2, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+std::string rows_csv(const Validation& v) {
+  std::string text = "line";
+  for (const std::string& column : v.accidents.columns) text += "," + study::quoted(column);
+  text += ",predicted_mean,predicted_sd,predicted_q05,predicted_median,predicted_q95,predicted_members";
+  for (const Fit& f : v.fits) text += fmt::format(",{0},{0}_left_out", to_string(f.kind));
+  text += "\n";
+  for (std::size_t i = 0; i < v.accidents.rows.size(); ++i) {
+    const Accident& a = v.accidents.rows[i];
+    const study::Spread& p = v.predicted[i];
+    text += fmt::format("{}", a.line);
+    for (const std::string& value : a.fields) text += "," + study::quoted(value);
+    for (const double value : {p.mean, p.sd, p.q05, p.median, p.q95}) text += "," + field(value);
+    text += fmt::format(",{}", p.count);
+    for (const Fit& f : v.fits) text += "," + field(f.fitted[i]) + "," + field(f.left_out[i]);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string members_csv(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
+  std::string text = "line,member,seed";
+  for (const study::Factor& f : study.factors) text += "," + study::quoted(f.key);
+  text += ",derailed_without_locomotives,derailed_locomotives";
+  for (const auto& q : outcome::kQuantities) text += fmt::format(",{}", q.name);
+  text += ",ended,message\n";
+  const std::vector<study::Point> points = study::points(study);
+  for (const Member& m : ensembles.members) {
+    text += fmt::format("{},{},{}", accidents.rows[m.row].line, m.member, m.seed);
+    for (const std::string& value : points[static_cast<std::size_t>(m.member / study.replicates)].values) text += "," + value;
+    text += fmt::format(",{},{}", m.derailed.cars, m.derailed.locomotives);
+    for (const auto& q : outcome::kQuantities) text += fmt::format(",{}", q.value(m.outcome));
+    text += fmt::format(",{},{}\n", outcome::to_string(m.outcome.ended), study::quoted(m.outcome.message));
+  }
+  return text;
+}
+
+}  // namespace train_derail::validation

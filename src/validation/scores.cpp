@@ -1,0 +1,144 @@
+#include "train_derail/validation/scores.hpp"
+
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <Eigen/Dense>
+
+#include "train_derail/study/statistics.hpp"
+
+namespace train_derail::validation {
+
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+Eigen::MatrixXd design(FitKind kind, const FitInputs& in) {
+  const auto column = [](const std::vector<double>& v) { return Eigen::Map<const Eigen::ArrayXd>(v.data(), static_cast<Eigen::Index>(v.size())); };
+  const auto rows = static_cast<Eigen::Index>(in.speed.size());
+  Eigen::MatrixXd x = Eigen::MatrixXd::Ones(rows, kind == FitKind::straight_line ? 2 : 4);
+  x.col(1) = column(in.speed);
+  if (kind != FitKind::straight_line) {
+    x.col(2) = column(in.tail);
+    x.col(3) = column(in.tons);
+  }
+  if (kind == FitKind::log_log) x.rightCols(3) = x.rightCols(3).array().log().matrix().eval();
+  return x;
+}
+
+}  // namespace
+
+Score score(const std::vector<double>& real, const std::vector<double>& predicted) {
+  Score s{0, kNone, kNone, kNone, kNone};
+  double absolute = 0.0, sum = 0.0, squares = 0.0, mean = 0.0, about = 0.0;
+  for (std::size_t i = 0; i < real.size(); ++i) {
+    if (std::isnan(predicted[i])) continue;
+    const double error = predicted[i] - real[i];
+    ++s.count;
+    absolute += std::abs(error);
+    sum += error;
+    squares += error * error;
+    const double from_mean = real[i] - mean;  // Welford
+    mean += from_mean / static_cast<double>(s.count);
+    about += from_mean * (real[i] - mean);
+  }
+  if (s.count == 0) return s;
+  const auto n = static_cast<double>(s.count);
+  s.mean_absolute_error = absolute / n;
+  s.bias = sum / n;
+  s.root_mean_square_error = std::sqrt(squares / n);
+  if (about > 0.0) s.r2 = 1.0 - squares / about;
+  return s;
+}
+
+Coverage coverage(const std::vector<double>& real, const std::vector<double>& low, const std::vector<double>& high) {
+  double inside = 0.0, width = 0.0, n = 0.0;
+  for (std::size_t i = 0; i < real.size(); ++i) {
+    if (std::isnan(low[i]) || std::isnan(high[i])) continue;
+    n += 1.0;
+    width += high[i] - low[i];
+    if (low[i] <= real[i] && real[i] <= high[i]) inside += 1.0;
+  }
+  return n > 0.0 ? Coverage{inside / n, width / n} : Coverage{kNone, kNone};
+}
+
+std::vector<SpeedBand> by_speed(const std::vector<double>& mph, const std::vector<double>& real,
+                                const std::vector<double>& predicted) {
+  constexpr double kStep = 5.0, kFirstClosed = 10.0;
+  std::map<double, std::vector<std::size_t>> bands;
+  for (std::size_t i = 0; i < mph.size(); ++i) {
+    if (std::isnan(predicted[i])) continue;
+    const double band = mph[i] <= kFirstClosed ? std::floor(mph[i] / kStep) : std::ceil(mph[i] / kStep) - 1.0;
+    bands[kStep * band].push_back(i);
+  }
+  std::vector<SpeedBand> out;
+  for (const auto& [from, rows] : bands) {
+    std::vector<double> speeds, reals, predictions;
+    for (const std::size_t i : rows) {
+      speeds.push_back(mph[i]);
+      reals.push_back(real[i]);
+      predictions.push_back(predicted[i]);
+    }
+    const study::Spread r = study::spread(reals);
+    const double p = study::spread(predictions).mean;
+    out.push_back({from, from + kStep, rows.size(), study::spread(speeds).mean, r.mean, r.sd, p, p / r.mean - 1.0});
+  }
+  return out;
+}
+
+double speed_exponent(const std::vector<double>& mph, const std::vector<double>& count) {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  for (std::size_t i = 0; i < mph.size(); ++i) {
+    if (!(count[i] > 0.0)) continue;
+    const double u = std::log(mph[i]), v = std::log(count[i]);
+    n += 1.0;
+    const double du = u - x;  // running means and centred sums
+    x += du / n;
+    xx += du * (u - x);
+    y += (v - y) / n;
+    xy += du * (v - y);
+  }
+  return xx > 1e-12 * n ? xy / xx : kNone;
+}
+
+const char* to_string(FitKind kind) {
+  switch (kind) {
+    case FitKind::straight_line: return "straight_line";
+    case FitKind::linear: return "linear";
+    case FitKind::log_log: return "log_log";
+  }
+  return "";
+}
+
+Fit fit(FitKind kind, const FitInputs& inputs, const std::vector<double>& real) {
+  Fit f{kind, {}, std::vector<double>(real.size(), kNone), std::vector<double>(real.size(), kNone)};
+  const Eigen::MatrixXd x = design(kind, inputs);
+  if (x.rows() < x.cols()) return f;
+  const auto rows = static_cast<Eigen::Index>(real.size());
+  Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(real.data(), rows);
+  const bool logarithms = kind == FitKind::log_log;
+  if (logarithms) y = y.array().log().matrix().eval();
+
+  // Columns of like size: the rank is then judged without regard to units.
+  const Eigen::RowVectorXd size = x.colwise().norm();
+  if (size.minCoeff() == 0.0) return f;
+  const Eigen::MatrixXd scaled = x.array().rowwise() / size.array();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
+  if (qr.rank() < x.cols()) return f;
+  const Eigen::VectorXd b = qr.solve(y).cwiseQuotient(size.transpose());
+  f.coefficients.assign(b.data(), b.data() + b.size());
+
+  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(x.rows(), x.cols());
+  const Eigen::VectorXd at = x * b;
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    // Without row i the residual there grows by 1 / (1 - leverage); a row that alone decides a coefficient has leverage 1.
+    const double leverage = q.row(i).squaredNorm();
+    const double out = leverage < 1.0 - 1e-9 ? y[i] - (y[i] - at[i]) / (1.0 - leverage) : kNone;
+    f.fitted[static_cast<std::size_t>(i)] = logarithms ? std::exp(at[i]) : at[i];
+    f.left_out[static_cast<std::size_t>(i)] = logarithms ? std::exp(out) : out;
+  }
+  return f;
+}
+
+}  // namespace train_derail::validation

@@ -1,0 +1,547 @@
+// Validation: trains made from rows, scores and fits against numbers worked out by hand, the command as a user meets it.
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/validation/validation.hpp"
+
+namespace train_derail {
+namespace {
+
+namespace fs = std::filesystem;
+using validation::Accident;
+
+const std::string kSource = TRAIN_DERAIL_SOURCE_DIR;
+constexpr double kShortTon = 2000.0 * inputs::kPoundForce;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Locomotives, hoppers, and a tank car that stands for the last car.
+inputs::Scenario base() {
+  inputs::Scenario s;
+  inputs::CarBlock locomotive, car, last;
+  locomotive.name = "locomotive";
+  locomotive.count = car.count = last.count = 1;
+  locomotive.length = 22.0;
+  locomotive.weight = 1.9e6;
+  car.name = "hopper";
+  car.length = 16.0;
+  car.weight = 1.0e6;
+  last = car;
+  last.name = "tank_car";
+  last.brake_source = inputs::BrakeSource::remote;
+  s.consist = {car, locomotive, last};
+  s.ground.on_track_law = inputs::OnTrackLaw::rails;
+  s.solver.method = inputs::Method::semi_implicit;
+  s.solver.fixed_step = 0.002;
+  s.initial.speed = 1.0;
+  s.initial.yaw_rate = 0.1;
+  return s;
+}
+
+Accident accident(int position, int tail) {
+  Accident a;
+  a.line = 2;
+  a.speed_mph = 30.0;
+  a.n_cars = position - 1 + tail;
+  a.tons_per_car = 140.0;
+  a.first_car_position = position;
+  a.cars_from_pod_to_rear = tail;
+  a.cars_derailed = 5;
+  return a;
+}
+
+/// "2 locomotive, 4 hopper, ..." with a star where the brake pipe is vented.
+std::string train(const inputs::Scenario& s) {
+  std::string text;
+  for (const inputs::CarBlock& b : s.consist) {
+    text += (text.empty() ? "" : ", ") + std::to_string(b.count) + " " + b.name +
+            (b.brake_source == inputs::BrakeSource::remote ? "*" : "");
+  }
+  return text;
+}
+
+TEST(Rows, MakeTheTrain) {
+  Accident a = accident(5, 6);
+  a.head_end_locos = 2;
+  a.rear_locos = 1;
+  const inputs::Scenario s = validation::scenario_of(base(), a);
+  EXPECT_EQ(train(s), "2 locomotive, 9 hopper, 1 tank_car*, 1 locomotive*");
+  EXPECT_EQ(s.initial.cars_ahead, 6);
+  EXPECT_DOUBLE_EQ(s.initial.speed, 30.0 * inputs::kMph);
+  EXPECT_DOUBLE_EQ(s.consist[1].weight, 140.0 * kShortTon);
+  EXPECT_DOUBLE_EQ(s.consist[2].weight, 140.0 * kShortTon);
+  EXPECT_DOUBLE_EQ(s.consist[0].weight, 1.9e6);
+  EXPECT_DOUBLE_EQ(s.consist[3].length, 22.0);
+  EXPECT_NO_THROW(inputs::validate(s));
+}
+
+TEST(Rows, LocomotivesInTheMiddleAreAheadOrBehind) {
+  Accident a = accident(5, 6);
+  a.head_end_locos = 1;
+  a.mid_locos = 2;
+  const inputs::Scenario behind = validation::scenario_of(base(), a);
+  EXPECT_EQ(train(behind), "1 locomotive, 5 hopper, 2 locomotive*, 4 hopper, 1 tank_car*");
+  EXPECT_EQ(behind.initial.cars_ahead, 5);  // the fifth car still stands before them
+  a = accident(6, 5);
+  a.head_end_locos = 1;
+  a.mid_locos = 2;
+  EXPECT_EQ(validation::scenario_of(base(), a).initial.cars_ahead, 8);
+}
+
+TEST(Rows, ASingleCarIsTheLastOne) {
+  EXPECT_EQ(train(validation::scenario_of(base(), accident(1, 1))), "1 tank_car*");
+  EXPECT_EQ(train(validation::scenario_of(base(), accident(3, 1))), "2 hopper, 1 tank_car*");
+}
+
+TEST(Rows, ABaseWithoutLocomotivesGetsNone) {
+  inputs::Scenario cars = base();
+  cars.consist = {cars.consist[0]};
+  Accident a = accident(5, 6);
+  a.head_end_locos = 2;
+  a.mid_locos = 1;
+  a.rear_locos = 1;
+  const inputs::Scenario s = validation::scenario_of(cars, a);
+  EXPECT_EQ(train(s), "10 hopper");
+  EXPECT_EQ(s.initial.cars_ahead, 4);
+}
+
+TEST(Rows, ABaseWithoutCarsIsRefused) {
+  inputs::Scenario none = base();
+  none.consist = {none.consist[1]};
+  EXPECT_THROW(validation::scenario_of(none, accident(5, 6)), inputs::InputError);
+}
+
+TEST(Rows, LocomotivesAreCountedApart) {
+  Accident a = accident(2, 3);
+  a.head_end_locos = 2;
+  a.rear_locos = 1;
+  const inputs::Scenario s = validation::scenario_of(base(), a);
+  simulation::Snapshot snapshot = simulation::Simulation(s).snapshot();
+  ASSERT_EQ(snapshot.cars.size(), 7u);
+  for (const std::size_t derailed : {1, 3, 4, 6}) snapshot.cars[derailed].past_pod = true;
+  for (const std::size_t whole : {0, 2, 5}) snapshot.cars[whole].past_pod = false;
+  const validation::Derailed d = validation::count_derailed(s, snapshot);
+  EXPECT_EQ(d.cars, 2);
+  EXPECT_EQ(d.locomotives, 2);
+}
+
+TEST(Scores, AgainstNumbersByHand) {
+  // Errors +1, -2, 0, +3; the last row has no prediction.
+  const std::vector<double> real{4.0, 10.0, 7.0, 3.0, 50.0}, predicted{5.0, 8.0, 7.0, 6.0, NAN};
+  const validation::Score s = validation::score(real, predicted);
+  EXPECT_EQ(s.count, 4u);
+  EXPECT_DOUBLE_EQ(s.mean_absolute_error, 1.5);
+  EXPECT_DOUBLE_EQ(s.bias, 0.5);
+  EXPECT_DOUBLE_EQ(s.root_mean_square_error, std::sqrt(14.0 / 4.0));
+  EXPECT_DOUBLE_EQ(s.r2, 1.0 - 14.0 / 30.0);  // mean 6: 4 + 16 + 1 + 9
+  EXPECT_TRUE(std::isnan(validation::score({2.0, 2.0}, {1.0, 3.0}).r2));
+  EXPECT_TRUE(std::isnan(validation::score({}, {}).bias));
+}
+
+TEST(Scores, EndsOfAnIntervalBelongToIt) {
+  const validation::Coverage c = validation::coverage({1.0, 5.0, 9.0, 3.0}, {1.0, 2.0, 4.0, NAN}, {2.0, 5.0, 8.0, NAN});
+  EXPECT_DOUBLE_EQ(c.share, 2.0 / 3.0);
+  EXPECT_DOUBLE_EQ(c.mean_width, (1.0 + 3.0 + 4.0) / 3.0);
+}
+
+TEST(Scores, BandsOfSpeedAsInPublishedTables) {
+  const auto bands = validation::by_speed({4.0, 5.0, 10.0, 15.0, 16.0, 20.0}, {1.0, 2.0, 6.0, 8.0, 4.0, 6.0},
+                                          {1.0, 2.0, 7.0, 14.0, 4.0, 5.0});
+  ASSERT_EQ(bands.size(), 4u);
+  EXPECT_DOUBLE_EQ(bands[0].to, 5.0);
+  EXPECT_DOUBLE_EQ(bands[1].from, 5.0);
+  EXPECT_DOUBLE_EQ(bands[2].from, 10.0);
+  EXPECT_EQ(bands[2].count, 2u);
+  EXPECT_DOUBLE_EQ(bands[2].speed, 12.5);
+  EXPECT_DOUBLE_EQ(bands[2].real, 7.0);
+  EXPECT_DOUBLE_EQ(bands[2].real_sd, std::sqrt(2.0));
+  EXPECT_DOUBLE_EQ(bands[2].predicted, 10.5);
+  EXPECT_DOUBLE_EQ(bands[2].error, 0.5);
+  EXPECT_EQ(bands[3].count, 2u);
+  EXPECT_DOUBLE_EQ(bands[3].to, 20.0);
+}
+
+TEST(Scores, ExponentOfAPowerLaw) {
+  std::vector<double> mph{5.0, 11.0, 23.0, 37.0, 48.0}, count;
+  for (const double v : mph) count.push_back(0.6 * std::pow(v, 1.06));
+  EXPECT_NEAR(validation::speed_exponent(mph, count), 1.06, 1e-12);
+  mph.push_back(60.0);
+  count.push_back(0.0);  // has no logarithm
+  EXPECT_NEAR(validation::speed_exponent(mph, count), 1.06, 1e-12);
+  EXPECT_TRUE(std::isnan(validation::speed_exponent({20.0, 20.0}, {3.0, 4.0})));
+}
+
+validation::FitInputs fit_inputs() {
+  return {{10.0, 20.0, 25.0, 30.0, 41.0, 48.0, 15.0}, {60.0, 20.0, 90.0, 75.0, 100.0, 40.0, 33.0},
+          {120.0, 140.0, 131.0, 143.0, 128.0, 136.0, 139.0}};
+}
+
+TEST(Fits, FindTheCoefficientsTheyWereMadeWith) {
+  const validation::FitInputs in = fit_inputs();
+  std::vector<double> line, plane, power;
+  for (std::size_t i = 0; i < in.speed.size(); ++i) {
+    line.push_back(-1.58 + 0.822 * in.speed[i]);
+    plane.push_back(2.0 + 0.5 * in.speed[i] + 0.1 * in.tail[i] - 0.05 * in.tons[i]);
+    power.push_back(0.4 * std::pow(in.speed[i], 0.6) * std::pow(in.tail[i], 0.38) * std::pow(in.tons[i], 0.63));
+  }
+  const auto expect = [](const validation::Fit& f, const std::vector<double>& wanted, const std::vector<double>& real) {
+    ASSERT_EQ(f.coefficients.size(), wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(f.coefficients[i], wanted[i], 1e-9);
+    for (std::size_t i = 0; i < real.size(); ++i) {
+      EXPECT_NEAR(f.fitted[i], real[i], 1e-9);
+      EXPECT_NEAR(f.left_out[i], real[i], 1e-8);
+    }
+  };
+  expect(validation::fit(validation::FitKind::straight_line, in, line), {-1.58, 0.822}, line);
+  expect(validation::fit(validation::FitKind::linear, in, plane), {2.0, 0.5, 0.1, -0.05}, plane);
+  expect(validation::fit(validation::FitKind::log_log, in, power), {std::log(0.4), 0.6, 0.38, 0.63}, power);
+}
+
+TEST(Fits, LeavingARowOutIsFittingTheOthers) {
+  const validation::FitInputs in = fit_inputs();
+  const std::vector<double> real{9.0, 6.0, 25.0, 21.0, 37.0, 20.0, 8.0};
+  for (const validation::FitKind kind : validation::kFitKinds) {
+    const validation::Fit all = validation::fit(kind, in, real);
+    for (std::size_t out = 0; out < real.size(); ++out) {
+      validation::FitInputs others = in;
+      std::vector<double> their = real;
+      for (std::vector<double>* v : {&others.speed, &others.tail, &others.tons, &their}) {
+        v->erase(v->begin() + static_cast<std::ptrdiff_t>(out));
+      }
+      const std::vector<double> c = validation::fit(kind, others, their).coefficients;
+      const double v = in.speed[out], tail = in.tail[out], tons = in.tons[out];
+      double expected = c[0] + c[1] * v;
+      if (kind == validation::FitKind::linear) expected += c[2] * tail + c[3] * tons;
+      if (kind == validation::FitKind::log_log) {
+        expected = std::exp(c[0]) * std::pow(v, c[1]) * std::pow(tail, c[2]) * std::pow(tons, c[3]);
+      }
+      EXPECT_NEAR(all.left_out[out], expected, 1e-8 * expected) << validation::to_string(kind) << " without row " << out;
+      EXPECT_GT(std::abs(all.left_out[out] - all.fitted[out]), 1e-6);
+    }
+  }
+}
+
+TEST(Fits, RowsThatDoNotDetermineThemGiveNone) {
+  validation::FitInputs in = fit_inputs();
+  const std::vector<double> real{9.0, 6.0, 25.0, 21.0, 37.0, 20.0, 8.0};
+  in.tons.assign(7, 130.0);  // cannot be told from the constant
+  EXPECT_TRUE(validation::fit(validation::FitKind::linear, in, real).coefficients.empty());
+  EXPECT_TRUE(std::isnan(validation::fit(validation::FitKind::log_log, in, real).fitted[0]));
+  EXPECT_EQ(validation::fit(validation::FitKind::straight_line, in, real).coefficients.size(), 2u);
+  EXPECT_TRUE(validation::fit(validation::FitKind::straight_line, {{20.0}, {60.0}, {130.0}}, {9.0}).coefficients.empty());
+  EXPECT_TRUE(validation::fit(validation::FitKind::log_log, {{1.0, 1.0, 1.0, 1.0}, {2.0, 3.0, 4.0, 6.0}, {5.0, 6.0, 8.0, 9.0}},
+                              {1.0, 2.0, 3.0, 4.0}).coefficients.empty());
+}
+
+/// Short, quick trains; no run of them lasts longer than 1.5 s of simulated time.
+class Validate : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "derail_validate_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    write("scenario.yaml",
+          "consist:\n"
+          "  - {name: locomotive, count: 1, length: 73 ft, weight: 420 kip}\n"
+          "  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip}\n"
+          "  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip, brake_source: remote}\n"
+          "ground: {on_track_law: rails, off_track_law: by_slip}\n"
+          "contact: {law: elastic}\n"
+          "initial: {speed: 1, yaw_rate: 0.1}\n"
+          "stop: {time_max: 1.5}\n"
+          "solver: {method: semi_implicit, fixed_step: 0.002}\n");
+    write("study.yaml", kStudy);
+    write("table.csv", kTable);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+  study::Study study(const std::string& text = kStudy) {
+    return study::read_study_file(write("study.yaml", text).string());
+  }
+  validation::AccidentTable table(const std::string& text = kTable) {
+    return validation::read_accidents(write("table.csv", text).string());
+  }
+  std::string refusal(const std::string& text) {
+    try {
+      table(text);
+    } catch (const inputs::InputError& e) {
+      return e.what();
+    }
+    return "";
+  }
+
+  struct Result {
+    int code;
+    std::string out;
+  };
+  Result derail(const std::string& arguments) {
+    const fs::path log = folder_ / "said";
+    const std::string in = "cd " + folder_.string() + " && " + TRAIN_DERAIL_CLI + " " + arguments + " > said 2>&1";
+    const int status = std::system(in.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(log)};
+  }
+
+  static const std::string kStudy, kTable;
+  fs::path folder_;
+};
+
+const std::string Validate::kStudy =
+    "title: two inputs\n"
+    "scenario: scenario.yaml\n"
+    "plan: latin_hypercube\n"
+    "samples: 3\n"
+    "factors:\n"
+    "  - {key: rails.derail_ratio, low: 0.8, high: 1.1}\n"
+    "  - {key: ground.in_line_friction, low: 0.15, high: 0.4}\n"
+    "perturbation: {kick: 1 ft/s, alignment: 0.02 ft}\n"
+    "seed: 7\n";
+
+const std::string Validate::kTable =
+    "station,speed_mph,n_cars,tons_per_car,head_end_locos,mid_locos,rear_locos,first_car_position,cars_from_pod_to_rear,cars_derailed\n"
+    "ONE,31,6,140.5,2,0,0,2,5,3\n"
+    "\"TWO, NORTH\",12.5,5,130,1,0,1,1,5,2\n"
+    "THREE,45,8,135,2,1,0,3,6,5\n";
+
+TEST_F(Validate, ReadsATable) {
+  const validation::AccidentTable t = table();
+  ASSERT_EQ(t.rows.size(), 3u);
+  const Accident& a = t.rows[1];
+  EXPECT_EQ(a.line, 3u);
+  EXPECT_EQ(a.fields[0], "TWO, NORTH");
+  EXPECT_EQ(a.speed_mph, 12.5);
+  EXPECT_EQ(a.n_cars, 5);
+  EXPECT_EQ(a.tons_per_car, 130.0);
+  EXPECT_EQ(a.head_end_locos, 1);
+  EXPECT_EQ(a.mid_locos, 0);
+  EXPECT_EQ(a.rear_locos, 1);
+  EXPECT_EQ(a.first_car_position, 1);
+  EXPECT_EQ(a.cars_from_pod_to_rear, 5);
+  EXPECT_EQ(a.cars_derailed, 2);
+  std::string windows;
+  for (const char c : kTable) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  EXPECT_EQ(table(windows).rows[2].cars_derailed, 5);
+}
+
+TEST_F(Validate, TheExampleShipped) {
+  const validation::AccidentTable t = validation::read_accidents(kSource + "/config/accidents/example.csv");
+  EXPECT_EQ(t.rows.size(), 10u);
+  const study::Study s = study::read_study_file(kSource + "/config/studies/accident_validation.yaml");
+  EXPECT_EQ(validation::members_a_row(s), 16);
+  for (const Accident& a : t.rows) EXPECT_NO_THROW(inputs::validate(validation::scenario_of(s.base, a))) << a.line;
+}
+
+TEST_F(Validate, BadTablesAreRefusedByFileLineColumnValue) {
+  const auto with = [](const std::string& was, const std::string& is) {
+    std::string text = kTable;
+    return text.replace(text.find(was), was.size(), is);
+  };
+  const std::string file = (folder_ / "table.csv").string();
+  EXPECT_EQ(refusal(with("tons_per_car", "tons")),
+            file + ":1: tons_per_car: missing column; allowed: a column of this name (docs/validation.md)");
+  EXPECT_EQ(refusal(with("ONE,31", "ONE,fast")),
+            file + ":2: speed_mph = 'fast': not a number of this kind; allowed: a number, 0 < speed_mph <= 300");
+  EXPECT_EQ(refusal(with("12.5,5", "12.5,0")), file + ":3: n_cars = '0': out of range; allowed: a whole number from 1 to 1000");
+  EXPECT_EQ(refusal(with("12.5,5", "12.5,5.5")),
+            file + ":3: n_cars = '5.5': not a number of this kind; allowed: a whole number from 1 to 1000");
+  EXPECT_EQ(refusal(with("3,6,5", "4,6,5")),
+            file + ":4: cars_from_pod_to_rear = '6': does not go with first_car_position = 4 and n_cars = 8; allowed: n_cars - "
+                   "first_car_position + 1 = 5");
+  EXPECT_EQ(refusal(with("3,6,5", "3,6,9")), file + ":4: cars_derailed = '9': out of range; allowed: a whole number from 1 to 8");
+  EXPECT_NE(refusal(with("ONE,31", "ONE,")).find(":2: speed_mph: not a number"), std::string::npos);
+  EXPECT_NE(refusal(with("ONE,31", "ONE,nan")).find("speed_mph = 'nan': out of range"), std::string::npos);
+  EXPECT_NE(refusal(with("140.5,2,", "140.5,-2,")).find("head_end_locos = '-2': out of range"), std::string::npos);
+  EXPECT_NE(refusal(kTable.substr(0, kTable.find('\n') + 1)).find("no accidents"), std::string::npos);
+  EXPECT_THROW(table(with("ONE,31", "ONE;31")), std::runtime_error);
+}
+
+TEST_F(Validate, StudiesThatCannotServeAreRefused) {
+  const auto refused = [&](const std::string& was, const std::string& is) -> std::string {
+    std::string text = kStudy;
+    try {
+      validation::members_a_row(study(text.replace(text.find(was), was.size(), is)));
+    } catch (const inputs::InputError& e) {
+      return e.key() + ": " + e.problem();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused("rails.derail_ratio", "initial.speed"), "factors.key: the rows of the table decide it");
+  EXPECT_EQ(refused("rails.derail_ratio", "\"consist[1].weight\""), "factors.key: the rows of the table decide it");
+  EXPECT_EQ(refused("latin_hypercube", "saltelli"), "plan: points of this plan are not a sample");
+  EXPECT_EQ(refused("latin_hypercube", "sobol"), "");
+}
+
+TEST_F(Validate, ARowThatTheScenarioCannotTakeIsNamed) {
+  study::Study s = study();
+  s.base.ground.on_track_law = inputs::OnTrackLaw::along_track;
+  s.base.initial.perturbation = {};
+  const std::atomic<bool> stop{false};
+  try {
+    validation::run(s, table(), 1, [](const study::Progress&) {}, stop);
+    FAIL();
+  } catch (const inputs::InputError& e) {
+    EXPECT_EQ(e.where(), (folder_ / "table.csv").string() + ":2: scenario");
+    EXPECT_EQ(e.key(), "initial.cars_ahead");
+  }
+}
+
+TEST_F(Validate, DependsNeitherOnThreadsNorOnTheOtherRows) {
+  const study::Study s = study();
+  const validation::AccidentTable all = table();
+  const std::atomic<bool> stop{false};
+  std::int64_t calls = 0;
+  const validation::Ensembles one = validation::run(s, all, 1, [&](const study::Progress& p) { EXPECT_EQ(p.done, ++calls); }, stop);
+  EXPECT_EQ(calls, 9);
+  ASSERT_EQ(one.members.size(), 9u);
+  EXPECT_EQ(one.failed, 0);
+  const validation::Ensembles four = validation::run(s, all, 4, [](const study::Progress&) {}, stop);
+  EXPECT_EQ(validation::members_csv(s, all, one), validation::members_csv(s, all, four));
+  EXPECT_EQ(validation::rows_csv(validation::evaluate(s, all, one)), validation::rows_csv(validation::evaluate(s, all, four)));
+
+  validation::AccidentTable last = all;
+  last.rows = {all.rows[2]};
+  const validation::Ensembles alone = validation::run(s, last, 1, [](const study::Progress&) {}, stop);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(alone.members[i].seed, one.members[6 + i].seed);
+    EXPECT_EQ(alone.members[i].outcome.energy.total(), one.members[6 + i].outcome.energy.total());
+  }
+  EXPECT_NE(one.members[0].seed, one.members[1].seed);
+  EXPECT_NE(one.members[0].outcome.energy.total(), one.members[1].outcome.energy.total());
+}
+
+TEST_F(Validate, MembersHaveTheInputsOfTheirPoint) {
+  const study::Study s = study();
+  const validation::AccidentTable t = table();
+  const std::atomic<bool> stop{false};
+  const validation::Ensembles e = validation::run(s, t, 0, [](const study::Progress&) {}, stop);
+  const std::vector<study::Point> points = study::points(s);
+  const validation::Member& m = e.members[4];  // row 1, member 1
+  EXPECT_EQ(m.row, 1u);
+  EXPECT_EQ(m.member, 1);
+  inputs::Scenario by_hand = study::scenario_of(s, points[1], {0, 0, 0, m.seed});
+  EXPECT_EQ(by_hand.initial.perturbation.kick, inputs::kFoot);
+  EXPECT_DOUBLE_EQ(by_hand.rails.derail_ratio, std::stod(points[1].values[0]));
+  by_hand = validation::scenario_of(by_hand, t.rows[1]);
+  simulation::Simulation simulation(by_hand);
+  simulation.run();
+  EXPECT_EQ(simulation.outcome().energy.total(), m.outcome.energy.total());
+  const validation::Derailed derailed = validation::count_derailed(by_hand, simulation.snapshot());
+  EXPECT_EQ(derailed.cars, m.derailed.cars);
+  EXPECT_EQ(derailed.cars + derailed.locomotives, m.outcome.cars_derailed);
+  EXPECT_GT(m.derailed.cars, 0);
+}
+
+TEST_F(Validate, SeedsOnlyKeepsTheInputs) {
+  const study::Study s = validation::seeds_only(study());
+  EXPECT_EQ(validation::members_a_row(s), 3);
+  const std::vector<study::Point> points = study::points(s);
+  ASSERT_EQ(points.size(), 1u);
+  EXPECT_TRUE(points[0].values.empty());
+}
+
+TEST_F(Validate, EvaluatesWhatTheMembersSay) {
+  const study::Study s = study();
+  const validation::AccidentTable t = table();
+  validation::Ensembles e;
+  const int counts[3][3]{{2, 3, 7}, {2, 2, 2}, {1, 9, 5}};
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (int k = 0; k < 3; ++k) {
+      validation::Member& m = e.members.emplace_back();
+      m.row = row;
+      m.member = k;
+      m.derailed.cars = counts[row][k];
+      m.outcome.ended = outcome::Ended::at_rest;
+    }
+  }
+  e.members.back().outcome.ended = outcome::Ended::integration_failed;  // the 5 does not count
+  e.failed = 1;
+  const validation::Validation v = validation::evaluate(s, t, e);
+  EXPECT_DOUBLE_EQ(v.predicted[0].mean, 4.0);
+  EXPECT_DOUBLE_EQ(v.predicted[0].median, 3.0);
+  EXPECT_DOUBLE_EQ(v.predicted[0].q05, 2.1);
+  EXPECT_DOUBLE_EQ(v.predicted[2].mean, 5.0);
+  EXPECT_EQ(v.predicted[2].count, 2u);
+  ASSERT_EQ(v.groups.size(), 2u);  // all are faster than 10 mph, none has a long tail
+  EXPECT_EQ(v.groups[1].name, "10 mph or more");
+  const validation::Rated& simulation = v.groups[0].rated[0];
+  EXPECT_DOUBLE_EQ(simulation.score.mean_absolute_error, 1.0 / 3.0);  // 4 for 3, 2 for 2, 5 for 5
+  EXPECT_DOUBLE_EQ(simulation.score.bias, 1.0 / 3.0);
+  ASSERT_TRUE(simulation.coverage);
+  EXPECT_DOUBLE_EQ(simulation.coverage->share, 1.0);
+  const auto j = nlohmann::json::parse(validation::to_json(v));
+  EXPECT_EQ(j.at("rows"), 3);
+  EXPECT_EQ(j.at("failed"), 1);
+  EXPECT_EQ(j.at("groups").at(0).at("scores").at(0).at("mean_absolute_error"), 1.0 / 3.0);
+  EXPECT_TRUE(j.at("groups").at(0).at("fits").at(1).at("coefficients").empty());  // three rows, four coefficients
+  EXPECT_NE(validation::to_table(v).find("1 runs failed"), std::string::npos);
+}
+
+TEST_F(Validate, TheCommandLeavesTablesAndScores) {
+  const Result r = derail("validate table.csv --study study.yaml --members 2 --min-speed '20 mph' --out results --jobs 2");
+  ASSERT_EQ(r.code, 0) << r.out;
+  EXPECT_NE(r.out.find("2 accidents, 2 members each"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("straight line in speed, left out"), std::string::npos) << r.out;
+  const auto lines = [&](const char* name) {
+    const std::string text = text_of(folder_ / "results" / name);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  EXPECT_EQ(lines("rows.csv"), 3);
+  EXPECT_EQ(lines("members.csv"), 5);
+  const std::string rows = text_of(folder_ / "results/rows.csv");
+  EXPECT_NE(rows.find("\n2,\"ONE\",\"31\",\"6\""), std::string::npos) << rows;
+  EXPECT_NE(rows.find("\n4,\"THREE\""), std::string::npos) << rows;
+  EXPECT_EQ(nlohmann::json::parse(text_of(folder_ / "results/validation.json")).at("members"), 2);
+  const auto about = nlohmann::json::parse(text_of(folder_ / "results/about.json"));
+  EXPECT_EQ(about.at("runs"), 4);
+  EXPECT_EQ(about.at("study").at("samples"), 2);
+  EXPECT_DOUBLE_EQ(about.at("study").at("perturbation").at("kick"), inputs::kFoot);
+}
+
+TEST_F(Validate, TheCommandRefusesWhatIsWrong) {
+  const auto refused = [&](const std::string& arguments, const std::string& why) {
+    const Result r = derail("validate " + arguments);
+    EXPECT_EQ(r.code, 2) << r.out;
+    EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
+  };
+  refused("nowhere.csv --study study.yaml", "nowhere.csv: cannot be read");
+  refused("table.csv --study nowhere.yaml", "nowhere.yaml");
+  refused("table.csv", "--study is required");
+  refused("table.csv --study study.yaml --min-speed 10kg", "--min-speed = '10kg'");
+  refused("table.csv --study study.yaml --min-tail 500", "no row is left");
+  refused("table.csv --study study.yaml --set rails.stiffness=-1", "rails.stiffness");
+  EXPECT_FALSE(fs::exists(folder_ / "table.validated"));
+  fs::create_directory(folder_ / "results");
+  write("results/study.json", "");
+  const Result r = derail("validate table.csv --study study.yaml --out results");
+  EXPECT_EQ(r.code, 1);
+  EXPECT_NE(r.out.find("holds the results of a study"), std::string::npos);
+}
+
+TEST_F(Validate, Stopped) {
+  const std::atomic<bool> stop{true};
+  const validation::Ensembles e = validation::run(study(), table(), 2, [](const study::Progress&) { FAIL(); }, stop);
+  EXPECT_TRUE(e.stopped);
+}
+
+}  // namespace
+}  // namespace train_derail

@@ -1,0 +1,109 @@
+#!/usr/bin/python3
+"""plot_validate.py on real, short ensembles: pictures, what is drawn, clear refusals.
+
+  test_plot_validate.py path/to/derail
+"""
+
+import os
+import shutil
+
+import numpy as np
+
+from plot_testing import PlotTest, refusal, run_tests, script
+
+import plot_validate
+from derail_plots import validation
+
+SCENARIO = """
+consist:
+  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip}
+ground: {on_track_law: rails, off_track_law: by_slip}
+initial: {speed: 1, yaw_rate: 0.1}
+stop: {time_max: 1.5}
+solver: {method: semi_implicit, fixed_step: 0.002}
+"""
+STUDY = """
+title: short
+scenario: rails.yaml
+plan: latin_hypercube
+samples: 3
+factors:
+  - {key: rails.derail_ratio, low: 0.8, high: 1.1}
+perturbation: {kick: 1 ft/s}
+"""
+NAMES = (
+    'speed_mph,n_cars,tons_per_car,head_end_locos,mid_locos,rear_locos,first_car_position,'
+    'cars_from_pod_to_rear,cars_derailed\n'
+)
+SPEEDS = (4, 10, 15, 16, 31, 44)
+REAL = (1, 2, 3, 2, 5, 6)
+
+
+class PlotValidateTest(PlotTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.path('rails.yaml', SCENARIO)
+        rows = ''.join(
+            f'{v},{i + 6},{130 + i * i},0,0,0,1,{i + 6},{n}\n'
+            for i, (v, n) in enumerate(zip(SPEEDS, REAL))
+        )
+        table = cls.path('table.csv', NAMES + rows)
+        study = cls.path('study.yaml', STUDY)
+        cls.results = cls.path('results')
+        cls.derail('validate', table, '--study', study, '--out', cls.results)
+
+    def broken(self, name):
+        folder = self.path(name)
+        shutil.copytree(self.results, folder)
+        return folder
+
+    def test_pictures_are_there_and_not_blank(self):
+        done = script('plot_validate.py', self.results)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        folder = os.path.join(self.results, 'pictures')
+        kinds = [f'validation_{n}.{k}' for n in ('counts', 'speed', 'tail') for k in ('png', 'svg')]
+        self.assertEqual(sorted(os.listdir(folder)), kinds)
+        for name in kinds[::2]:
+            self.check_picture(os.path.join(folder, name))
+
+    def test_what_is_drawn_is_what_was_found(self):
+        rows, summary = validation.read_rows(self.results), validation.read_summary(self.results)
+        np.testing.assert_array_equal(rows['speed_mph'], SPEEDS)
+        np.testing.assert_array_equal(rows['cars_derailed'], REAL)
+
+        ax = validation.against_real(summary, rows).axes[0]
+        drawn = np.sort(np.concatenate([line.get_ydata() for line in ax.lines[1:]]))
+        np.testing.assert_allclose(drawn, np.sort(rows['predicted_mean']))
+        ends = np.array(ax.collections[0].get_segments())[:, :, 1]
+        np.testing.assert_allclose(ends[:, 0], rows['predicted_q05'])
+        np.testing.assert_allclose(ends[:, 1], rows['predicted_q95'])
+
+        ax = validation.over_speed(summary, rows).axes[0]
+        bands = summary['groups'][0]['speeds']
+        self.assertEqual([b['rows'] for b in bands], [1, 2, 1, 1, 1])
+        for line, band in zip(ax.lines, bands):
+            np.testing.assert_allclose(line.get_ydata(), band['predicted'])
+
+        ax = validation.error_over_tail(summary, rows).axes[0]
+        np.testing.assert_allclose(
+            ax.lines[1].get_ydata(), rows['predicted_mean'] - rows['cars_derailed']
+        )
+
+    def test_what_is_wrong_is_named(self):
+        code, said = refusal(plot_validate.main, self.path('nowhere'))
+        self.assertEqual(code, 2)
+        self.assertIn('validation.json: No such file', said)
+        broken = self.broken('no_groups')
+        with open(os.path.join(broken, 'validation.json'), 'w', encoding='utf-8') as file:
+            file.write('{"rows": 6, "members": 3}')
+        code, said = refusal(plot_validate.main, broken)
+        self.assertEqual((code, said.count('\n')), (2, 1), said)
+        self.assertIn("'groups' is missing", said)
+        with open(os.path.join(broken, 'rows.csv'), 'w', encoding='utf-8') as file:
+            file.write('a,b\n1,2\n')
+        self.assertIn('rows.csv: not a table', refusal(plot_validate.main, broken)[1])
+
+
+if __name__ == '__main__':
+    run_tests()
