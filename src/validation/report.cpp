@@ -77,10 +77,10 @@ std::string to_table(const Validation& v) {
                                  v.failed > 0 ? fmt::format(", {} runs failed", v.failed) : "");
   if (v.members < 20) text += "With fewer than 20 members the 5-95 % interval is little more than the range of the members.\n";
   for (const Group& g : v.groups) {
-    text += fmt::format("\n{} ({} rows)\n    {:<42}{:>7}{:>8}{:>8}{:>8}{:>10}{:>8}\n", g.name, g.rows, "", "MAE", "bias", "RMSE", "R2",
+    text += fmt::format("\n{} ({} rows)\n    {:<42}{:>8}{:>9}{:>9}{:>9}{:>10}{:>8}\n", g.name, g.rows, "", "MAE", "bias", "RMSE", "R2",
                         "in 5-95 %", "width");
     for (const Rated& r : g.rated) {
-      text += fmt::format("    {:<42}{:>7}{:>8}{:>8}{:>8}{:>10}{:>8}\n", title(r), number(r.score.mean_absolute_error, "{:.2f}"),
+      text += fmt::format("    {:<42}{:>8}{:>9}{:>9}{:>9}{:>10}{:>8}\n", title(r), number(r.score.mean_absolute_error, "{:.2f}"),
                           number(r.score.bias, "{:+.2f}"), number(r.score.root_mean_square_error, "{:.2f}"),
                           number(r.score.r2, "{:.3f}"), r.coverage ? number(100.0 * r.coverage->share, "{:.0f} %") : "",
                           r.coverage ? number(r.coverage->mean_width, "{:.1f}") : "");
