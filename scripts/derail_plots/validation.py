@@ -153,7 +153,10 @@ def over_speed(summary, rows):
 
 
 def error_over_tail(summary, rows):
-    """Predicted minus real over the cars from the first derailed one to the rear."""
+    """Predicted minus real over the cars from the first derailed one to the rear.
+
+    The scale is the simulation's: fits of a few rows can be hundreds of cars off.
+    """
     figure, (ax,) = style.panels(1, 1, style.TWO_COLUMNS, 3.2)
     tail = rows['cars_from_pod_to_rear']
     error = rows['predicted_mean'] - rows['cars_derailed']
@@ -178,6 +181,8 @@ def error_over_tail(summary, rows):
             continue
         ax.plot(places, means, **style.series(i))
         handles.append(Line2D([], [], **style.series(i), label=label))
+    reach = 1.1 * max(np.abs(error).max(), 1.0)
+    ax.set_ylim(-reach, reach)
     ax.set_xlim(left=0.0)
     ax.set_xlabel('cars from the first derailed one to the rear')
     ax.set_ylabel('predicted \N{MINUS SIGN} real, cars')
