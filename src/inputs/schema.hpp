@@ -18,7 +18,7 @@ struct Range {
 
   bool contains(double v) const {
     if (v == kInfinity) return infinite;
-    return (min_open ? v > min : v >= min) && v <= max;  // false for NaN
+    return v != -kInfinity && (min_open ? v > min : v >= min) && v <= max;  // false for NaN
   }
   std::string text(const std::string& unit) const {
     const std::string u = unit == "1" ? "" : " " + unit;

@@ -140,12 +140,7 @@ void ExtendedModel::start(const double* y) {
   cos_ = q.col(THETA).cos();
   sin_ = q.col(THETA).sin();
   kernels_->places(arrays(), y, px_.data(), py_.data());
-  // Looked for near where the scenario has the car: on a long curve x says nothing of it.
-  const StateVector nominal = TrainModel::initial_state();
-  for (Eigen::Index i = 0; i < px_.size(); ++i) {
-    const double near = nominal[car_of(i)] - half_spacing_[initial_.cars_ahead] + arm(i);
-    arc_[i] = track_.foot({px_[i], py_[i]}, near);
-  }
+  for (Eigen::Index i = 0; i < px_.size(); ++i) arc_[i] = track_.nearest({px_[i], py_[i]});
   pass_pod(y);
   if (rails_on_) {
     for (Eigen::Index i = 0; i < px_.size(); ++i) {

@@ -85,7 +85,13 @@ Manifold press(const Footprint& a, const Footprint& b) {
     from = std::max(from, std::min(t1, t2));
     to = std::min(to, std::max(t1, t2));
   }
-  if (from > to) from = to = 0.5 * (from + to);  // corners pass each other by a rounding
+  if (from > to) {
+    // The edge passes the face by: what is deepest in the other is its corner.
+    m.count = 1;
+    m.point[0] = farthest(incident, Eigen::Vector2d(-outward));
+    m.depth[0] = least;
+    return m;
+  }
   for (const double t : {from, to}) {
     const Eigen::Vector2d p = middle + t * edge_along;
     const double depth = face_distance - (p - reference.centre).dot(outward);

@@ -22,7 +22,12 @@ double heading(const std::vector<inputs::Curve>& curves, double s) {
 
 }  // namespace
 
-Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) : s_min_(s_min) {
+Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
+  for (const inputs::Curve& c : scenario.track.curves) {
+    s_min = std::min(s_min, c.start - 2.0 * kBin);
+    s_max = std::max(s_max, c.start + c.length + 2.0 * kBin);
+  }
+  s_min_ = s_min;
   const auto bins = static_cast<std::size_t>(std::ceil((s_max - s_min) / kBin)) + 2;
   if (scenario.rails.torn_length > 0.0) {
     per_torn_bin_ = 1.0 / scenario.rails.torn_length;
@@ -79,6 +84,13 @@ Track::Node Track::at(double s) const {
   // Between two nodes an arc bulges from its chord, against the way it turns.
   const Eigen::Vector2d bulge = -0.5 * share * (1.0 - share) * kBin * (c.tangent - a.tangent);
   return {a.point + share * (c.point - a.point) + bulge + beyond * tangent, tangent};
+}
+
+double Track::nearest(const Eigen::Vector2d& p) const {
+  if (straight()) return p.x();
+  const auto closer = [&](const Node& a, const Node& b) { return (a.point - p).squaredNorm() < (b.point - p).squaredNorm(); };
+  const auto node = std::min_element(nodes_.begin(), nodes_.end(), closer);
+  return foot(p, s_min_ + kBin * static_cast<double>(node - nodes_.begin()));
 }
 
 double Track::foot(const Eigen::Vector2d& p, double s) const {

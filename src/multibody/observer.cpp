@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "train_derail/model/footprint.hpp"
+#include "train_derail/outcome/pile_up.hpp"
 
 namespace train_derail::multibody {
 
@@ -105,20 +106,19 @@ void Observer::touches(double t, const std::vector<CarMotion>& motion) {
 void Observer::report(const std::vector<CarMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const {
   o.cars = static_cast<int>(train_.size());
   o.cars_past_pod = static_cast<int>(std::count(past.begin(), past.end(), 1));
+  o.cars_derailed = o.cars_past_pod;
   o.cars_off_track = static_cast<int>(std::count(off_track_.begin(), off_track_.end(), 1));
   o.closing_speed_max = closing_;
   o.touches = touches_;
   o.relative_speed_max = relative_;
   o.centre_speed_max = centres_;
-  Vector2d low = Vector2d::Constant(inputs::kInfinity), high = -low;
+  std::vector<model::Footprint> footprints;
+  std::vector<bool> counted;
   for (std::size_t k = 0; k < train_.size(); ++k) {
-    if (past[k] == 0 && off_track_[k] == 0) continue;
-    const model::Footprint f = footprint(train_[k], motion[k]);
-    const Vector2d reach(f.reach({1.0, 0.0}), f.reach({0.0, 1.0}));
-    low = low.cwiseMin(f.centre - reach);
-    high = high.cwiseMax(f.centre + reach);
+    footprints.push_back(footprint(train_[k], motion[k]));
+    counted.push_back(past[k] != 0 || off_track_[k] != 0);
   }
-  if (high.x() > low.x()) o.pile_up = {high.x() - low.x(), high.y() - low.y()};
+  o.pile_up = outcome::pile_up(footprints, counted);
 }
 
 }  // namespace train_derail::multibody

@@ -4,10 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include <boost/geometry.hpp>
-#include <boost/geometry/geometries/multi_point.hpp>
-#include <boost/geometry/geometries/point_xy.hpp>
-#include <boost/geometry/geometries/polygon.hpp>
+#include "train_derail/outcome/pile_up.hpp"
 
 namespace train_derail::outcome {
 
@@ -177,47 +174,13 @@ void Monitor::sample_touches(double t, const double* y) {
 }
 
 PileUp Monitor::pile_up(const double* y) const {
-  namespace bg = boost::geometry;
-  using Point = bg::model::d2::point_xy<double>;
-  bg::model::multi_point<Point> corners;
-  PileUp p;
-  bool beside = false;
-  std::vector<std::pair<double, double>> extents;  // along x, of the counted cars that lie askew
+  std::vector<model::Footprint> footprints;
+  std::vector<bool> counted;
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-    const bool counted = model_.derailed(k) || off_track(k);
-    if (counted && !beside) ++p.groups;
-    beside = counted;
-    if (!counted) continue;
-    const model::Footprint f = footprint(k, model_.car_motion(y, k));
-    if (std::abs(f.axis.x()) < 0.5) ++p.cars_across;
-    for (const double i : {-1.0, 1.0}) {
-      for (const double j : {-1.0, 1.0}) {
-        const Eigen::Vector2d c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
-        bg::append(corners, Point(c.x(), c.y()));
-      }
-    }
-    if (std::abs(f.axis.x()) >= kHeapCosine) continue;
-    const double reach = f.reach(Eigen::Vector2d::UnitX());
-    extents.emplace_back(f.centre.x() - reach, f.centre.x() + reach);
+    footprints.push_back(footprint(k, model_.car_motion(y, k)));
+    counted.push_back(model_.derailed(k) || off_track(k));
   }
-  if (bg::is_empty(corners)) return p;
-  const auto box = bg::return_envelope<bg::model::box<Point>>(corners);
-  p.length = box.max_corner().x() - box.min_corner().x();
-  p.width = box.max_corner().y() - box.min_corner().y();
-  std::sort(extents.begin(), extents.end());
-  for (std::size_t i = 0; i < extents.size();) {
-    const std::size_t first = i;
-    double end = extents[i].second;
-    for (++i; i < extents.size() && extents[i].first <= end + kHeapGap; ++i) end = std::max(end, extents[i].second);
-    if (const auto cars = static_cast<int>(i - first); cars > p.main_cars) {
-      p.main_cars = cars;
-      p.main_length = end - extents[first].first;
-    }
-  }
-  bg::model::polygon<Point> hull;
-  bg::convex_hull(corners, hull);
-  p.area = bg::area(hull);
-  return p;
+  return outcome::pile_up(footprints, counted);
 }
 
 void Monitor::report_incidents(const model::Incidents& incidents, Outcome& o) const {

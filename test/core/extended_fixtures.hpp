@@ -10,7 +10,7 @@
 
 namespace train_derail::test {
 
-/// All parts on as in config/accident.yaml, for a train of `cars` equal cars in emergency from the start.
+/// All parts on as in config/variants/accident_sources.yaml, for a train of `cars` equal cars in emergency from the start.
 inline inputs::Scenario accident(int cars, double mph = 37.0) {
   using namespace inputs;
   Scenario s;

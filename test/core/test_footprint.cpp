@@ -139,8 +139,10 @@ TEST(Press, AgreesWithBruteForce) {
     for (int k = 0; k < m.count; ++k) {
       ASSERT_GT(m.depth[k], 0.0);
       ASSERT_LE(m.depth[k], least + 1e-9);
-      ASSERT_LE(outside(a, m.point[k]), 1e-9) << i;  // in both
-      ASSERT_LE(outside(b, m.point[k]), 1e-9) << i;
+      if (least < 1.0) {  // in both, unless one runs through the other
+        ASSERT_LE(outside(a, m.point[k]), 1e-9) << i;
+        ASSERT_LE(outside(b, m.point[k]), 1e-9) << i;
+      }
       ASSERT_NEAR(outside(incident, m.point[k]), 0.0, 1e-9) << i;
       // By its depth along the normal it comes to the face.
       const Vec to_face = (m.face_of_a ? -1.0 : 1.0) * m.depth[k] * m.normal;

@@ -75,7 +75,7 @@ TEST(House, TheMultibodyEngineIncludesNoneOfTheModelsPhysics) {
     }
   }
   EXPECT_GT(seen.size(), 8U);
-  const std::set<std::string> data{"energy_ledger.hpp", "train.hpp"};
+  const std::set<std::string> data{"energy_ledger.hpp", "footprint.hpp", "train.hpp"};
   for (const fs::path& path : seen) {
     const std::string floor = path.parent_path().filename().string();
     EXPECT_TRUE(floor != "model" || data.count(path.filename().string()) > 0) << path;

@@ -67,7 +67,7 @@ TEST(Parts, NeedTheSteppedMethod) {
 
 TEST(Parts, SteppedMethodNeedsItsStep) {
   EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step.reset(); }),
-            "scenario: solver.fixed_step = '': missing: semi_implicit has no error control; allowed: (0, 1] s");
+            "scenario: solver.fixed_step: missing: semi_implicit has no error control; allowed: (0, 1] s");
   EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step = 0.0; }), "scenario: solver.fixed_step = '0': out of range; allowed: (0, 1] s");
 }
 

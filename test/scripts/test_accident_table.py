@@ -69,7 +69,7 @@ class AccidentTable(PlotTest):
         with open(os.path.join(CONFIG, 'accident.yaml'), encoding='utf-8') as file:
             text = file.read()
         with open(source, 'w', encoding='utf-8') as file:
-            file.write(text.replace('force: 0.05 ', 'force: 0.061 ').replace('yaw_rate: 0.1 ', 'yaw_rate: 0.123 '))
+            file.write(text.replace('force: 0.057 ', 'force: 0.061 ').replace('yaw_rate: 0.11 ', 'yaw_rate: 0.123 '))
         kept, accident_table.ACCIDENTS = accident_table.ACCIDENTS, folder
         self.addCleanup(setattr, accident_table, 'ACCIDENTS', kept)
         accident_table.parts(argparse.Namespace(what=[source]))

@@ -14,7 +14,7 @@ namespace train_derail::model {
 
 class Track {
  public:
-  /// Covers arc lengths from `s_min` to `s_max` [m]; beyond them it is straight, true and whole.
+  /// Knows arc lengths from `s_min` to `s_max` [m] and all curves; beyond them the track is straight and whole.
   Track(const inputs::Scenario& scenario, double s_min, double s_max);
 
   bool straight() const { return nodes_.empty(); }
@@ -25,6 +25,8 @@ class Track {
   };
   /// Centre line at s.
   Node at(double s) const;
+  /// Arc length of the place nearest to `p`, looked for along the whole track.
+  double nearest(const Eigen::Vector2d& p) const;
   /// Arc length of the foot of the perpendicular from `p`, looked for near `s`.
   double foot(const Eigen::Vector2d& p, double s) const;
 

@@ -1,0 +1,57 @@
+#include "train_derail/outcome/pile_up.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/multi_point.hpp>
+#include <boost/geometry/geometries/point_xy.hpp>
+#include <boost/geometry/geometries/polygon.hpp>
+
+namespace train_derail::outcome {
+
+PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool>& counted) {
+  namespace bg = boost::geometry;
+  using Point = bg::model::d2::point_xy<double>;
+  bg::model::multi_point<Point> corners;
+  PileUp p;
+  bool beside = false;
+  std::vector<std::pair<double, double>> extents;  // along x, of the counted cars that lie askew
+  for (std::size_t k = 0; k < cars.size(); ++k) {
+    if (counted[k] && !beside) ++p.groups;
+    beside = counted[k];
+    if (!counted[k]) continue;
+    const model::Footprint& f = cars[k];
+    if (std::abs(f.axis.x()) < 0.5) ++p.cars_across;
+    for (const double i : {-1.0, 1.0}) {
+      for (const double j : {-1.0, 1.0}) {
+        const Eigen::Vector2d c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
+        bg::append(corners, Point(c.x(), c.y()));
+      }
+    }
+    if (std::abs(f.axis.x()) >= kHeapCosine) continue;
+    const double reach = f.reach(Eigen::Vector2d::UnitX());
+    extents.emplace_back(f.centre.x() - reach, f.centre.x() + reach);
+  }
+  if (bg::is_empty(corners)) return p;
+  const auto box = bg::return_envelope<bg::model::box<Point>>(corners);
+  p.length = box.max_corner().x() - box.min_corner().x();
+  p.width = box.max_corner().y() - box.min_corner().y();
+  std::sort(extents.begin(), extents.end());
+  for (std::size_t i = 0; i < extents.size();) {
+    const std::size_t first = i;
+    double end = extents[i].second;
+    for (++i; i < extents.size() && extents[i].first <= end + kHeapGap; ++i) end = std::max(end, extents[i].second);
+    if (const auto heap = static_cast<int>(i - first); heap > p.main_cars) {
+      p.main_cars = heap;
+      p.main_length = end - extents[first].first;
+    }
+  }
+  bg::model::polygon<Point> hull;
+  bg::convex_hull(corners, hull);
+  p.area = bg::area(hull);
+  return p;
+}
+
+}  // namespace train_derail::outcome
