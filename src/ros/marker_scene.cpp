@@ -194,7 +194,8 @@ void MarkerScene::add_track(const inputs::Scenario& scenario) {
     m[kTies].points.push_back(beside(track.at(at), 1.3, 0.1));
   }
   m[kForceName].text = "coupler force (root): up buff, down draft";
-  m[kForceName].pose.position = make_point(std::max(-0.85 * train_length_, kViewMiddle - 300.0), force_axis_y_ - m[kForceName].scale.z, 0.0);
+  m[kForceName].pose.position = make_point(std::max(-0.85 * train_length_, kViewMiddle - 300.0),
+                                           force_axis_y_ - m[kForceName].scale.z, 0.0);
   m[kPodName].text = "point of derailment";
   m[kPodName].pose.position = make_point(0.0, -11.0, 0.5);
 }
