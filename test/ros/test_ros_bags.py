@@ -127,8 +127,8 @@ class BagTest(unittest.TestCase):
         scenario = os.path.join(rospkg.RosPack().get_path('train_derail'), 'config/accident.yaml')
         changes = ('consist[1].count=21', 'initial.cars_ahead=4', 'stop.time_max=15', 'output.interval=0.1')
         offline = self.path('accident_offline.bag')
-        subprocess.run([program('derail'), 'run', scenario, '--set', *changes, '--quiet', '--bag', offline], check=True,
-                       timeout=LIMIT)
+        subprocess.run([program('derail'), 'run', scenario, *('--set=' + c for c in changes), '--quiet', '--bag', offline],
+                       check=True, timeout=LIMIT)
         self.assertEqual(self.record('accident.bag', scenario, changes), contents(offline))
         with rosbag.Bag(offline) as bag:
             impacts = [m for _, m, _ in bag.read_messages(['/train_derail/impacts'])]
