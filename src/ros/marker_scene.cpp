@@ -49,12 +49,15 @@ constexpr double kGauge = 1.435;
 constexpr double kCouplerHeight = 0.9;
 constexpr double kArrowLength = 2.6, kArrowWidth = 2.4;  // on the roofs' ends, at full force
 constexpr double kArrowForceMin = 1.0e3;                 // N
-constexpr double kBarMax = 3.0;  // longest bar of a force over that at full force
+constexpr double kForceAxisAside = 110.0;  // of the track [m]
+constexpr double kBar = 22.0;              // at full force [m]
+constexpr double kBarMax = 3.0;            // longest over that
 constexpr double kBrokenStub = 0.9, kBrokenWidth = 3.0;  // a T at either end of the gap
 constexpr double kTieSpacing = 0.8, kTiesReach = 100.0;
 constexpr double kTrackPiece = 10.0;  // longest straight piece of a drawn curve
 constexpr double kRollOn = 25.0;      // s: at their initial speed, cars ahead of the point stay on the drawn track
-constexpr double kViewMiddle = -550.0;  // x in the middle of rviz/train_derail.rviz' view of the whole train
+// Of rviz/train_derail.rviz' view of the whole train: x in its middle, text with which legend and status fit in.
+constexpr double kViewMiddle = -550.0, kFarTextMax = 21.0;
 constexpr double kNearText = 3.0;
 /// Bodies may lie across each other (the model has no contact between them): small steps in height keep roofs apart.
 constexpr int kLayers = 32;
@@ -99,6 +102,11 @@ geometry_msgs::Point beside(const model::Track::Node& node, double left, double 
   return make_point(node.point.x() - left * node.tangent.y(), node.point.y() + left * node.tangent.x(), z);
 }
 
+/// Upwards in buff; short enough for the strongest not to reach the train.
+double bar_length(double force) {
+  return std::copysign(kBar * std::min(std::sqrt(std::abs(force) / kForceFull), kBarMax), force);
+}
+
 std::string speed_text(double v) { return fmt::format("{:.1f} mph ({:.1f} m/s)", v / inputs::kMph, v); }
 
 }  // namespace
@@ -113,7 +121,7 @@ MarkerScene::MarkerScene(const inputs::Scenario& scenario, const std::vector<mod
     train_length_ += car.length;
     shapes_.push_back(car_shape(car));
   }
-  far_text_ = std::clamp(0.018 * train_length_, 3.0, 60.0);
+  far_text_ = std::clamp(0.018 * train_length_, 3.0, kFarTextMax);
 
   array_.markers.resize(kLegends);
   auto& m = array_.markers;
@@ -180,9 +188,7 @@ void MarkerScene::add_track(const inputs::Scenario& scenario) {
     lowest = std::min({lowest, from.point.y(), to.point.y()});
     highest = std::max({highest, from.point.y(), to.point.y()});
   }
-  const double aside = std::max(110.0, 5.0 * far_text_);
-  force_axis_y_ = highest + aside;
-  bar_ = 0.2 * aside;
+  force_axis_y_ = highest + kForceAxisAside;
   status_y_ = lowest - 90.0;
   // Of a long train the middle is not in view.
   middle_x_ = std::max(-0.5 * train_length_, kViewMiddle);
@@ -206,7 +212,7 @@ void MarkerScene::add_legends() {
   Legend far = make_legend("legend", height, rails_yield_);
   for (Marker& marker : far.markers) {
     marker.pose.position.x += middle_x_;
-    marker.pose.position.y += force_axis_y_ + (kBarMax + 0.25) * bar_ + 0.3 * height + far.below;
+    marker.pose.position.y += force_axis_y_ + (kBarMax + 0.25) * kBar + 0.3 * height + far.below;
     m.push_back(marker);
   }
   for (const Marker& marker : make_legend("legend_near", 0.75 * kNearText, rails_yield_).markers) {
@@ -258,11 +264,6 @@ void MarkerScene::draw_cars(const simulation::Snapshot& now) {
     place.add(m[kDark].points, shapes_[i].dark, lift);
     place.add(m[kEdges].points, shapes_[i].edges, lift);
   }
-}
-
-/// Upwards in buff; short enough for the strongest not to reach the train.
-double MarkerScene::bar_length(double force) const {
-  return std::copysign(bar_ * std::min(std::sqrt(std::abs(force) / kForceFull), kBarMax), force);
 }
 
 void MarkerScene::draw_couplers(const simulation::Snapshot& now) {

@@ -739,18 +739,20 @@ TEST(MarkerScene, TheTrackIsDrawnAlongItsCurves) {
 }
 
 TEST(MarkerScene, WhatIsReadBesideALongTrainIsInTheShippedView) {
-  simulation::Simulation simulation(short_train(100));
-  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-  scene.update(simulation.snapshot(), simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
-  double left = 0.0, right = -1e9;
-  for (const auto& p : shown(scene, "legend", 0)->points) {
-    left = std::min(left, p.x + shown(scene, "legend", 0)->pose.position.x);
-    right = std::max(right, p.x + shown(scene, "legend", 0)->pose.position.x);
+  for (const inputs::Scenario& scenario : {short_train(100), short_accident(100)}) {
+    simulation::Simulation simulation(scenario);
+    MarkerScene scene(scenario, simulation.cars(), "map", 0.02);
+    scene.update(simulation.snapshot(), simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
+    const Marker *legend = shown(scene, "legend", 0), *status = shown(scene, "status", 0);
+    ASSERT_TRUE(legend && status);
+    // 1026 by 745 pixels of 1 / 0.85 m, the middle at x = -550 m.
+    for (const auto& p : legend->points) {
+      EXPECT_LT(std::abs(p.x + legend->pose.position.x + 550.0), 600.0);
+      EXPECT_LT(p.y + legend->pose.position.y, 430.0);
+    }
+    EXPECT_NEAR(status->pose.position.x, -550.0, 100.0);
+    EXPECT_LT(status->pose.position.y + 0.5 * 6.0 * 1.2 * status->scale.z, 0.0) << "six lines beside the track";
   }
-  // About 1070 pixels of 1 / 0.85 m, the middle at -550 m.
-  EXPECT_GT(left, -550.0 - 600.0);
-  EXPECT_LT(right, -550.0 + 600.0);
-  EXPECT_NEAR(shown(scene, "status", 0)->pose.position.x, -550.0, 100.0);
 }
 
 outcome::Closing touch_at(double time, double speed) { return {speed, speed, 1, 2, time, 10.0 * speed, 3.0}; }

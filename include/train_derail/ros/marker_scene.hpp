@@ -40,7 +40,6 @@ class MarkerScene {
   void add_legends();
   /// Of the bodies of cars in this state.
   std::size_t body_slot(const simulation::CarSnapshot& car) const;
-  double bar_length(double force) const;
   void draw_cars(const simulation::Snapshot& now);
   void draw_couplers(const simulation::Snapshot& now);
   std::string status_text(const simulation::Snapshot& now, const outcome::Outcome& outcome) const;
@@ -53,7 +52,6 @@ class MarkerScene {
   double train_length_;                // m
   double far_text_ = 0.0;              // height of text that is read when the whole train is in view [m]
   double force_axis_y_ = 0.0;          // m
-  double bar_ = 0.0;                   // length of a bar at full force [m]
   double middle_x_ = 0.0, status_y_ = 0.0;  // of what is read when the whole train is in view [m]
   double flash_time_;                  // s
   std::vector<geometry_msgs::Point> near_legend_;  // places of its markers about its centre
