@@ -81,6 +81,7 @@ void BagRecorder::couplers(const CouplerForces& m) { write(node_ + "/couplers", 
 void BagRecorder::markers(const visualization_msgs::MarkerArray& m) { write(node_ + "/markers", m, now_); }
 void BagRecorder::event(const Event& m) { write(node_ + "/events", m, m.header.stamp, false); }
 void BagRecorder::inputs(const Inputs& m) { write(node_ + "/inputs", m, m.header.stamp); }
+void BagRecorder::impacts(const Impacts& m) { write(node_ + "/impacts", m, m.header.stamp); }
 void BagRecorder::outcome(const Outcome& m) { write(node_ + "/outcome", m, m.header.stamp); }
 void BagRecorder::run_info(const RunInfo& m) { write(node_ + "/run_info", m, m.header.stamp); }
 

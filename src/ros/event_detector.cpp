@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "train_derail/Event.h"
+#include "train_derail/outcome/incidents_csv.hpp"
 
 namespace train_derail::ros_face {
 
@@ -17,6 +18,16 @@ std::string force_text(double f) {
                      f >= 0.0 ? "buff" : "draft");
 }
 
+const char* cause_text(model::Cause cause) {
+  switch (cause) {
+    case model::Cause::none: break;
+    case model::Cause::pod: return "at the point of derailment";
+    case model::Cause::lateral: return "by lateral force";
+    case model::Cause::torn_track: return "on torn track";
+  }
+  return "";
+}
+
 std::string ended_text(const outcome::Outcome& outcome) {
   std::string text =
       fmt::format("ended after {:.2f} s: {}; {} cars past the point of derailment, {} off the track", outcome.stop_time,
@@ -26,11 +37,13 @@ std::string ended_text(const outcome::Outcome& outcome) {
 
 }  // namespace
 
-std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, const outcome::Outcome& outcome) {
+std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, const outcome::Outcome& outcome,
+                                               const model::Incidents& incidents) {
   std::vector<Occurrence> found;
   if (ended_) return found;
   past_pod_.resize(now.cars.size(), false);
   off_track_.resize(now.cars.size(), false);
+  derailed_.resize(now.cars.size(), false);
   peaks_.resize(now.couplers.size());
   const bool last = outcome.ended != outcome::Ended::running;
 
@@ -49,6 +62,7 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
                        fmt::format("car {} off the track at {}", number, speed_text(speed))});
     }
   }
+  observe_incidents(now, incidents, found);
   for (std::size_t i = 0; i < now.couplers.size(); ++i) {
     observe_coupler(static_cast<int>(i) + 1, now.time, now.couplers[i].axial_force, last, found);
   }
@@ -65,6 +79,27 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
     found.push_back({Event::END, outcome.stop_time, 0, 0, 0, 0.0, ended_text(outcome)});
   }
   return found;
+}
+
+void EventDetector::observe_incidents(const simulation::Snapshot& now, const model::Incidents& incidents,
+                                      std::vector<Occurrence>& found) {
+  for (; derailments_ < incidents.derailments.size(); ++derailments_) {
+    const model::Derailment& d = incidents.derailments[derailments_];
+    const auto i = static_cast<std::size_t>(d.car);
+    if (derailed_[i]) continue;
+    derailed_[i] = true;
+    const int number = static_cast<int>(d.car) + 1;
+    const double speed = std::hypot(now.cars[i].vx, now.cars[i].vy);
+    found.push_back({Event::CAR_DERAILED, d.time, number, 0, 0, speed,
+                     fmt::format("car {} derailed {}, {} truck first, at {}", number, cause_text(d.cause),
+                                 d.front ? "front" : "rear", speed_text(speed))});
+  }
+  for (; broken_ < incidents.broken.size(); ++broken_) {
+    const model::BrokenCoupler& b = incidents.broken[broken_];
+    const int number = static_cast<int>(b.coupler) + 1;
+    found.push_back({Event::COUPLER_BROKEN, b.time, 0, 0, number, 0.0,
+                     fmt::format("coupler {} broken by {}", number, outcome::to_string(b.by))});
+  }
 }
 
 void EventDetector::observe_coupler(int number, double time, double force, bool last, std::vector<Occurrence>& found) {

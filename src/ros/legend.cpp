@@ -1,5 +1,7 @@
 #include "train_derail/ros/legend.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "marker_parts.hpp"
@@ -53,11 +55,45 @@ std::string force_text(double force) {
   return force == 0.0 ? "0" : fmt::format("{:.0f} kip\n{:.0f} kN", force / inputs::kKip, force / 1000.0);
 }
 
+/// Colour of a car's body, and why.
+struct State {
+  double x;
+  const char* name;
+  std_msgs::ColorRGBA c;
+};
+
+void draw_states(Drawing& d) {
+  for (const State& s :
+       {State{-8.0, "on the track", on_track_colour()}, State{0.0, "off the track", off_track_colour()},
+        State{8.0, "past the point", past_pod_colour()}}) {
+    d.rectangle(s.x - 2.0, s.x + 2.0, -3.1, -2.2, kSwatchZ, s.c);
+    d.text(s.x, -4.1, s.name);
+  }
+}
+
+void draw_causes(Drawing& d) {
+  d.text(3.25, -2.8, "derailed");
+  for (const State& s :
+       {State{-9.75, "on the\ntrack", on_track_colour()}, State{-3.25, "at the\npoint", by_pod_colour()},
+        State{3.25, "by lateral\nforce", by_lateral_colour()}, State{9.75, "on torn\ntrack", by_torn_track_colour()}}) {
+    d.rectangle(s.x - 2.0, s.x + 2.0, -4.8, -3.9, kSwatchZ, s.c);
+    d.text(s.x, -6.3, s.name);
+  }
+  // As at the cars' ends.
+  for (const double side : {-1.0, 1.0}) {
+    const double tip = side - 6.0, tail = tip + side * 1.2;
+    d.rectangle(std::min(tip, tail), std::max(tip, tail), -8.6, -8.4, kSwatchZ, broken_colour());
+    d.rectangle(tip - 0.1, tip + 0.1, -9.1, -7.9, kSwatchZ, broken_colour());
+  }
+  d.text(1.5, -8.5, "broken coupler");
+}
+
 }  // namespace
 
-std::vector<Marker> make_legend(const std::string& ns, double height) {
+Legend make_legend(const std::string& ns, double height, bool causes) {
   Drawing d(ns, height);
-  d.rectangle(-kHalfBar - 3.0, kHalfBar + 3.0, -5.2, 6.2, 0.0, colour(0.16, 0.18, 0.16));
+  const double bottom = causes ? -9.6 : -5.2;
+  d.rectangle(-kHalfBar - 3.0, kHalfBar + 3.0, bottom, 6.2, 0.0, colour(0.16, 0.18, 0.16));
   d.text(0.0, 5.0, "coupler force");
   const auto force_at = [](double x) { return x * std::abs(x) / (kHalfBar * kHalfBar) * kForceFull; };
   for (int i = 0; i < kSegments; ++i) {
@@ -74,18 +110,12 @@ std::vector<Marker> make_legend(const std::string& ns, double height) {
   for (const double share : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
     d.text(share * kHalfBar, share == 0.0 ? 0.3 : -0.2, force_text(std::abs(force_at(share * kHalfBar))));
   }
-  struct State {
-    double x;
-    const char* name;
-    std_msgs::ColorRGBA c;
-  };
-  for (const State& s :
-       {State{-8.0, "on the track", on_track_colour()}, State{0.0, "off the track", off_track_colour()},
-        State{8.0, "past the point", past_pod_colour()}}) {
-    d.rectangle(s.x - 2.0, s.x + 2.0, -3.1, -2.2, kSwatchZ, s.c);
-    d.text(s.x, -4.1, s.name);
+  if (causes) {
+    draw_causes(d);
+  } else {
+    draw_states(d);
   }
-  return d.take();
+  return {d.take(), -bottom * height};
 }
 
 }  // namespace train_derail::ros_face

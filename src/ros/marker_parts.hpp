@@ -25,6 +25,13 @@ inline std_msgs::ColorRGBA on_track_colour() { return colour(0.20, 0.38, 0.68); 
 inline std_msgs::ColorRGBA past_pod_colour() { return colour(1.0, 0.50, 0.13); }
 inline std_msgs::ColorRGBA off_track_colour() { return colour(1.0, 0.92, 0.55); }
 
+// Of derailed cars where rails yield: what took them off, still apart in grey.
+inline std_msgs::ColorRGBA by_pod_colour() { return past_pod_colour(); }
+inline std_msgs::ColorRGBA by_torn_track_colour() { return colour(0.85, 0.68, 1.0); }
+inline std_msgs::ColorRGBA by_lateral_colour() { return off_track_colour(); }
+
+inline std_msgs::ColorRGBA broken_colour() { return colour(1.0, 0.2, 0.8); }
+
 /// Full colour and full length of an arrow [N]; half of it at a quarter.
 inline constexpr double kForceFull = 800.0 * inputs::kKip;
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include <fmt/format.h>
 
 #include "marker_parts.hpp"
+#include "train_derail/model/track.hpp"
 #include "train_derail/ros/legend.hpp"
 
 namespace train_derail::ros_face {
@@ -24,10 +26,14 @@ enum Slot : std::size_t {
   kOnTrack,
   kOffTrack,
   kPastPod,
+  kByPod,
+  kByLateral,
+  kByTornTrack,
   kDark,
   kEdges,
   kCouplers,
   kArrows,
+  kBroken,
   kForceAxis,
   kForceBars,
   kForceName,
@@ -43,7 +49,15 @@ constexpr double kGauge = 1.435;
 constexpr double kCouplerHeight = 0.9;
 constexpr double kArrowLength = 2.6, kArrowWidth = 2.4;  // on the roofs' ends, at full force
 constexpr double kArrowForceMin = 1.0e3;                 // N
+constexpr double kForceAxisAside = 110.0;  // of the track [m]
+constexpr double kBar = 22.0;              // at full force [m]
+constexpr double kBarMax = 3.0;            // longest over that
+constexpr double kBrokenStub = 0.9, kBrokenWidth = 3.0;  // a T at either end of the gap
 constexpr double kTieSpacing = 0.8, kTiesReach = 100.0;
+constexpr double kTrackPiece = 10.0;  // longest straight piece of a drawn curve
+constexpr double kRollOn = 25.0;      // s: at their initial speed, cars ahead of the point stay on the drawn track
+// Of rviz/train_derail.rviz' view of the whole train: x in its middle, text with which legend and status fit in.
+constexpr double kViewMiddle = -550.0, kFarTextMax = 21.0;
 constexpr double kNearText = 3.0;
 /// Bodies may lie across each other (the model has no contact between them): small steps in height keep roofs apart.
 constexpr int kLayers = 32;
@@ -69,21 +83,45 @@ struct Place {
   }
 };
 
+/// Arc lengths from rear to front between which the track may be drawn straight.
+std::vector<double> stations(const std::vector<inputs::Curve>& curves, double rear, double front) {
+  std::vector<double> all{rear};
+  for (const inputs::Curve& curve : curves) {
+    const int pieces = std::max(1, static_cast<int>(std::ceil(curve.length / kTrackPiece)));
+    for (int i = 0; i <= pieces; ++i) {
+      const double s = curve.start + curve.length * i / pieces;
+      if (s > all.back() && s < front) all.push_back(s);
+    }
+  }
+  all.push_back(front);
+  return all;
+}
+
+/// Point of the track, `left` of its centre line.
+geometry_msgs::Point beside(const model::Track::Node& node, double left, double z) {
+  return make_point(node.point.x() - left * node.tangent.y(), node.point.y() + left * node.tangent.x(), z);
+}
+
+/// Upwards in buff; short enough for the strongest not to reach the train.
+double bar_length(double force) {
+  return std::copysign(kBar * std::min(std::sqrt(std::abs(force) / kForceFull), kBarMax), force);
+}
+
 std::string speed_text(double v) { return fmt::format("{:.1f} mph ({:.1f} m/s)", v / inputs::kMph, v); }
 
 }  // namespace
 
-MarkerScene::MarkerScene(const std::vector<model::Car>& cars, double coupler_length, const std::string& frame,
-                         double interval)
+MarkerScene::MarkerScene(const inputs::Scenario& scenario, const std::vector<model::Car>& cars,
+                         const std::string& frame, double interval)
     : cars_(cars),
-      train_length_(static_cast<double>(cars.size() - 1) * coupler_length),
+      rails_yield_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
+      train_length_(static_cast<double>(cars.size() - 1) * scenario.coupler.length),
       flash_time_(std::max(kFlashTime, interval)) {
   for (const model::Car& car : cars_) {
     train_length_ += car.length;
     shapes_.push_back(car_shape(car));
   }
-  far_text_ = std::clamp(0.018 * train_length_, 3.0, 60.0);
-  force_axis_y_ = std::max(110.0, 5.0 * far_text_);
+  far_text_ = std::clamp(0.018 * train_length_, 3.0, kFarTextMax);
 
   array_.markers.resize(kLegends);
   auto& m = array_.markers;
@@ -95,10 +133,14 @@ MarkerScene::MarkerScene(const std::vector<model::Car>& cars, double coupler_len
   m[kOnTrack] = make_triangles("cars_on_track", 0, on_track_colour());
   m[kOffTrack] = make_triangles("cars_off_track", 0, off_track_colour());
   m[kPastPod] = make_triangles("cars_past_pod", 0, past_pod_colour());
+  m[kByPod] = make_triangles("cars_derailed_pod", 0, by_pod_colour());
+  m[kByLateral] = make_triangles("cars_derailed_lateral", 0, by_lateral_colour());
+  m[kByTornTrack] = make_triangles("cars_derailed_torn_track", 0, by_torn_track_colour());
   m[kDark] = make_triangles("cars_dark", 0, colour(0.20, 0.20, 0.22));
   m[kEdges] = make_lines("cars_outline", 0, colour(0.08, 0.08, 0.10), 0.15);
   m[kCouplers] = make_lines("couplers", 0, colour(1.0, 1.0, 1.0), 0.7);
   m[kArrows] = make_triangles("coupler_arrows", 0, colour(1.0, 1.0, 1.0));
+  m[kBroken] = make_lines("couplers_broken", 0, broken_colour(), 0.6);
   m[kForceAxis] = make_lines("coupler_force_bars", 0, colour(0.6, 0.6, 0.6), 0.6);
   m[kForceBars] = make_lines("coupler_force_bars", 1, colour(1.0, 1.0, 1.0), 4.0);
   m[kForceName] = make_text("coupler_force_bars", 2, 0.7 * far_text_);
@@ -108,7 +150,7 @@ MarkerScene::MarkerScene(const std::vector<model::Car>& cars, double coupler_len
   for (std::size_t i = kSpeeds; i < kSpeedsEnd; ++i) {
     m[i] = make_text("touches", static_cast<int>(i - kSpeeds) + 1, kNearText);
   }
-  add_track();
+  add_track(scenario);
   add_legends();
   for (Marker& marker : m) marker.header.frame_id = frame;
 }
@@ -123,25 +165,43 @@ visualization_msgs::MarkerArray MarkerScene::markers_on_empty() const {
   return all;
 }
 
-void MarkerScene::add_track() {
+void MarkerScene::add_track(const inputs::Scenario& scenario) {
   auto& m = array_.markers;
-  const double front = std::max(120.0, 0.15 * train_length_), rear = -train_length_ - 30.0;
-  constexpr double kHalfBed = 2.2;
-  add_quad(m[kBallast].points, make_point(rear, -kHalfBed, 0.0), make_point(front, -kHalfBed, 0.0),
-           make_point(front, kHalfBed, 0.0), make_point(rear, kHalfBed, 0.0));
-  for (const double y : {-0.5 * kGauge, 0.5 * kGauge}) {
-    m[kRails].points.push_back(make_point(rear, y, 0.2));
-    m[kRails].points.push_back(make_point(front, y, 0.2));
+  double front = std::max(120.0, 0.15 * train_length_);
+  const double rear = -train_length_ - 30.0;
+  if (scenario.initial.cars_ahead > 0) {
+    front += kRollOn * scenario.initial.speed;
+    for (int i = 0; i < scenario.initial.cars_ahead; ++i) front += cars_[static_cast<std::size_t>(i)].length;
   }
+  const model::Track track(scenario, rear, front);
+  constexpr double kHalfBed = 2.2;
+  const std::vector<double> s = stations(scenario.track.curves, rear, front);
+  double lowest = 0.0, highest = 0.0;
+  for (std::size_t i = 0; i + 1 < s.size(); ++i) {
+    const model::Track::Node from = track.at(s[i]), to = track.at(s[i + 1]);
+    add_quad(m[kBallast].points, beside(from, -kHalfBed, 0.0), beside(to, -kHalfBed, 0.0), beside(to, kHalfBed, 0.0),
+             beside(from, kHalfBed, 0.0));
+    for (const double left : {-0.5 * kGauge, 0.5 * kGauge}) {
+      m[kRails].points.push_back(beside(from, left, 0.2));
+      m[kRails].points.push_back(beside(to, left, 0.2));
+    }
+    lowest = std::min({lowest, from.point.y(), to.point.y()});
+    highest = std::max({highest, from.point.y(), to.point.y()});
+  }
+  force_axis_y_ = highest + kForceAxisAside;
+  status_y_ = lowest - 90.0;
+  // Of a long train the middle is not in view.
+  middle_x_ = std::max(-0.5 * train_length_, kViewMiddle);
   const int reach = static_cast<int>(kTiesReach / kTieSpacing);
   for (int i = -reach; i <= reach; ++i) {
-    const double x = i * kTieSpacing;
-    if (x < rear || x > front) continue;
-    m[kTies].points.push_back(make_point(x, -1.3, 0.1));
-    m[kTies].points.push_back(make_point(x, 1.3, 0.1));
+    const double at = i * kTieSpacing;
+    if (at < rear || at > front) continue;
+    m[kTies].points.push_back(beside(track.at(at), -1.3, 0.1));
+    m[kTies].points.push_back(beside(track.at(at), 1.3, 0.1));
   }
   m[kForceName].text = "coupler force (root): up buff, down draft";
-  m[kForceName].pose.position = make_point(-0.85 * train_length_, force_axis_y_ - m[kForceName].scale.z, 0.0);
+  m[kForceName].pose.position = make_point(std::max(-0.85 * train_length_, kViewMiddle - 300.0),
+                                           force_axis_y_ - m[kForceName].scale.z, 0.0);
   m[kPodName].text = "point of derailment";
   m[kPodName].pose.position = make_point(0.0, -11.0, 0.5);
 }
@@ -149,12 +209,13 @@ void MarkerScene::add_track() {
 void MarkerScene::add_legends() {
   auto& m = array_.markers;
   const double height = 0.7 * far_text_;
-  for (Marker& marker : make_legend("legend", height)) {
-    marker.pose.position.x -= 0.5 * train_length_;
-    marker.pose.position.y += 1.65 * force_axis_y_ + 5.5 * height;
+  Legend far = make_legend("legend", height, rails_yield_);
+  for (Marker& marker : far.markers) {
+    marker.pose.position.x += middle_x_;
+    marker.pose.position.y += force_axis_y_ + (kBarMax + 0.25) * kBar + 0.3 * height + far.below;
     m.push_back(marker);
   }
-  for (const Marker& marker : make_legend("legend_near", 0.75 * kNearText)) {
+  for (const Marker& marker : make_legend("legend_near", 0.75 * kNearText, rails_yield_).markers) {
     near_legend_.push_back(marker.pose.position);
     m.push_back(marker);
   }
@@ -164,7 +225,8 @@ void MarkerScene::update(const simulation::Snapshot& now, const outcome::Outcome
                          const std::vector<outcome::Closing>& touches, double pile_up_x, double pile_up_y,
                          const ::ros::Time& stamp) {
   for (const Slot slot :
-       {kOnTrack, kOffTrack, kPastPod, kDark, kEdges, kCouplers, kArrows, kForceAxis, kForceBars, kStars}) {
+       {kOnTrack, kOffTrack, kPastPod, kByPod, kByLateral, kByTornTrack, kDark, kEdges, kCouplers, kArrows, kBroken,
+        kForceAxis, kForceBars, kStars}) {
     array_.markers[slot].points.clear();
     array_.markers[slot].colors.clear();
   }
@@ -181,21 +243,27 @@ void MarkerScene::update(const simulation::Snapshot& now, const outcome::Outcome
   }
 }
 
+std::size_t MarkerScene::body_slot(const simulation::CarSnapshot& car) const {
+  if (!rails_yield_) return car.past_pod ? kPastPod : car.off_track ? kOffTrack : kOnTrack;
+  switch (car.cause) {
+    case model::Cause::none: return kOnTrack;
+    case model::Cause::pod: return kByPod;
+    case model::Cause::lateral: return kByLateral;
+    case model::Cause::torn_track: return kByTornTrack;
+  }
+  return kOnTrack;
+}
+
 void MarkerScene::draw_cars(const simulation::Snapshot& now) {
   auto& m = array_.markers;
   for (std::size_t i = 0; i < now.cars.size(); ++i) {
     const simulation::CarSnapshot& state = now.cars[i];
     const Place place(state);
     const double lift = kLayerStep * static_cast<double>(i % kLayers);
-    place.add(m[state.past_pod ? kPastPod : state.off_track ? kOffTrack : kOnTrack].points, shapes_[i].body, lift);
+    place.add(m[body_slot(state)].points, shapes_[i].body, lift);
     place.add(m[kDark].points, shapes_[i].dark, lift);
     place.add(m[kEdges].points, shapes_[i].edges, lift);
   }
-}
-
-/// Upwards in buff; short enough for the strongest not to reach the train.
-double MarkerScene::bar_length(double force) const {
-  return std::copysign(0.2 * force_axis_y_ * std::min(std::sqrt(std::abs(force) / kForceFull), 3.0), force);
 }
 
 void MarkerScene::draw_couplers(const simulation::Snapshot& now) {
@@ -206,6 +274,15 @@ void MarkerScene::draw_couplers(const simulation::Snapshot& now) {
   for (std::size_t i = 0; i < now.couplers.size(); ++i) {
     const Place lead(now.cars[i]), trail(now.cars[i + 1]);
     const double rear = -0.5 * cars_[i].length, front = 0.5 * cars_[i + 1].length;
+    if (now.couplers[i].broken) {
+      for (const auto& [car, pin, out] : {std::tuple(lead, rear, -1.0), std::tuple(trail, front, 1.0)}) {
+        const double end = pin + out * kBrokenStub, half = 0.5 * kBrokenWidth;
+        m[kBroken].points.insert(m[kBroken].points.end(),
+                                 {car.at(pin, 0.0, kAboveRoofs), car.at(end, 0.0, kAboveRoofs),
+                                  car.at(end, -half, kAboveRoofs), car.at(end, half, kAboveRoofs)});
+      }
+      continue;
+    }
     const double force = now.couplers[i].axial_force;
     const std_msgs::ColorRGBA c = force_colour(force);
     const geometry_msgs::Point a = lead.at(rear, 0.0, kCouplerHeight), b = trail.at(front, 0.0, kCouplerHeight);
@@ -228,15 +305,23 @@ void MarkerScene::draw_couplers(const simulation::Snapshot& now) {
   }
 }
 
-void MarkerScene::draw_text(const simulation::Snapshot& now, const outcome::Outcome& outcome, double pile_up_x,
-                            double pile_up_y) {
-  auto& m = array_.markers;
+std::string MarkerScene::status_text(const simulation::Snapshot& now, const outcome::Outcome& outcome) const {
   const simulation::CarSnapshot& last = now.cars.back();
   const bool buff = outcome.coupler_buff_peak.force >= outcome.coupler_draft_peak.force;
   const outcome::PeakForce& peak = buff ? outcome.coupler_buff_peak : outcome.coupler_draft_peak;
-  std::string text = fmt::format("t = {:.2f} s   last car {}\nderailed: {} past the point, {} off the track, of {}",
-                                 now.time, speed_text(std::hypot(last.vx, last.vy)), outcome.cars_past_pod,
-                                 outcome.cars_off_track, now.cars.size());
+  std::string text =
+      fmt::format("t = {:.2f} s   last car {}\n", now.time, speed_text(std::hypot(last.vx, last.vy)));
+  if (rails_yield_) {
+    const outcome::DerailedBy& by = outcome.derailed_by;
+    text += fmt::format("derailed: {} (point {}, lateral {}, torn {}) of {}", outcome.cars_derailed, by.pod, by.lateral,
+                        by.torn_track, now.cars.size());
+  } else {
+    text += fmt::format("derailed: {} past the point, {} off the track, of {}", outcome.cars_past_pod,
+                        outcome.cars_off_track, now.cars.size());
+  }
+  if (outcome.couplers_broken > 0 || outcome.impacts.count > 0) {
+    text += fmt::format("\ncouplers broken {}, impacts {}", outcome.couplers_broken, outcome.impacts.count);
+  }
   if (peak.coupler > 0) {
     text += fmt::format("\npeak coupler force {:.0f} kip ({:.0f} kN) {}, coupler {}", peak.force / inputs::kKip,
                         peak.force / 1000.0, buff ? "buff" : "draft", peak.coupler);
@@ -246,8 +331,14 @@ void MarkerScene::draw_text(const simulation::Snapshot& now, const outcome::Outc
                         outcome.closing_speed_max.car_a, outcome.closing_speed_max.car_b);
   }
   if (outcome.ended != outcome::Ended::running) text += fmt::format("\n{}", outcome::to_string(outcome.ended));
-  m[kStatus].text = m[kStatusNear].text = text;
-  m[kStatus].pose.position = make_point(-0.5 * train_length_, -90.0, 0.0);
+  return text;
+}
+
+void MarkerScene::draw_text(const simulation::Snapshot& now, const outcome::Outcome& outcome, double pile_up_x,
+                            double pile_up_y) {
+  auto& m = array_.markers;
+  m[kStatus].text = m[kStatusNear].text = status_text(now, outcome);
+  m[kStatus].pose.position = make_point(middle_x_, status_y_, 0.0);
   m[kStatusNear].pose.position = make_point(pile_up_x, pile_up_y + 42.0, 5.0);
   for (std::size_t i = 0; i < near_legend_.size(); ++i) {
     const geometry_msgs::Point& own = near_legend_[i];

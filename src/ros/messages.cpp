@@ -1,5 +1,6 @@
 #include "train_derail/ros/messages.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "train_derail/inputs/writer.hpp"
@@ -16,6 +17,39 @@ std::uint8_t to_constant(outcome::Ended ended) {
     case outcome::Ended::integration_failed: return Outcome::INTEGRATION_FAILED;
   }
   return Outcome::RUNNING;
+}
+
+std::uint8_t to_constant(model::Cause cause) {
+  switch (cause) {
+    case model::Cause::none: return CarState::NONE;
+    case model::Cause::pod: return CarState::POD;
+    case model::Cause::lateral: return CarState::LATERAL;
+    case model::Cause::torn_track: return CarState::TORN_TRACK;
+  }
+  return CarState::NONE;
+}
+
+std::uint8_t to_constant(model::Face face) {
+  switch (face) {
+    case model::Face::front: return Impact::FRONT;
+    case model::Face::rear: return Impact::REAR;
+    case model::Face::left: return Impact::LEFT;
+    case model::Face::right: return Impact::RIGHT;
+  }
+  return 0;
+}
+
+/// Width of a bin of the impacts' histogram [m/s].
+constexpr double kSpeedBin = 5.0 * inputs::kMph;
+
+void fill_histogram(Impacts& m) {
+  for (const Impact& impact : m.impacts) {
+    const auto bin = static_cast<std::size_t>(std::max(0.0, impact.closing_normal) / kSpeedBin);
+    if (bin >= m.counts.size()) m.counts.resize(bin + 1, 0);
+    ++m.counts[bin];
+  }
+  if (m.counts.empty()) return;
+  for (std::size_t i = 0; i <= m.counts.size(); ++i) m.bin_edges.push_back(static_cast<double>(i) * kSpeedBin);
 }
 
 const char* to_text(inputs::OnTrackLaw law) {
@@ -61,6 +95,8 @@ CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double ti
     to.off_track = from.off_track;
     to.front_truck_offset = from.front_truck_offset;
     to.rear_truck_offset = from.rear_truck_offset;
+    to.derailed = from.derailed;
+    to.cause = to_constant(from.cause);
   }
   return m;
 }
@@ -84,7 +120,37 @@ CouplerForces to_message(const std::vector<simulation::CouplerSnapshot>& coupler
     to.swing_trail = from.swing_trail;
     to.moment_lead = from.moment_lead;
     to.moment_trail = from.moment_trail;
+    to.broken = from.broken;
   }
+  return m;
+}
+
+Impacts to_message(const std::vector<model::Impact>& impacts, double time, const std_msgs::Header& header,
+                   std::uint32_t run_id) {
+  Impacts m;
+  m.header = header;
+  m.run_id = run_id;
+  m.time = time;
+  m.impacts.resize(impacts.size());
+  for (std::size_t i = 0; i < impacts.size(); ++i) {
+    const model::Impact& from = impacts[i];
+    Impact& to = m.impacts[i];
+    to.time = from.time;
+    to.end = from.end;
+    to.car_a = static_cast<std::uint32_t>(from.car_a + 1);
+    to.car_b = static_cast<std::uint32_t>(from.car_b + 1);
+    to.face_a = to_constant(from.face_a);
+    to.face_b = to_constant(from.face_b);
+    to.along_a = from.along_a;
+    to.along_b = from.along_b;
+    to.x = from.x;
+    to.y = from.y;
+    to.closing_speed = from.closing_speed;
+    to.closing_normal = from.closing_normal;
+    to.impulse = from.impulse;
+    to.peak_force = from.peak_force;
+  }
+  fill_histogram(m);
   return m;
 }
 
@@ -97,6 +163,10 @@ Outcome to_message(const outcome::Outcome& o, const std_msgs::Header& header, st
   m.stop_time = o.stop_time;
   m.cars = static_cast<std::uint32_t>(o.cars);
   m.cars_past_pod = static_cast<std::uint32_t>(o.cars_past_pod);
+  m.cars_derailed = static_cast<std::uint32_t>(o.cars_derailed);
+  m.derailed_by_pod = static_cast<std::uint32_t>(o.derailed_by.pod);
+  m.derailed_by_lateral = static_cast<std::uint32_t>(o.derailed_by.lateral);
+  m.derailed_by_torn_track = static_cast<std::uint32_t>(o.derailed_by.torn_track);
   m.cars_off_track = static_cast<std::uint32_t>(o.cars_off_track);
   m.closing_speed_max = o.closing_speed_max.speed;
   m.closing_normal_speed = o.closing_speed_max.normal_speed;
@@ -106,6 +176,10 @@ Outcome to_message(const outcome::Outcome& o, const std_msgs::Header& header, st
   m.closing_x = o.closing_speed_max.x;
   m.closing_y = o.closing_speed_max.y;
   m.touches = static_cast<std::uint32_t>(o.touches);
+  m.impacts = static_cast<std::uint32_t>(o.impacts.count);
+  m.impact_speed_max = o.impacts.closing_normal_max;
+  m.impact_force_peak = o.impacts.peak_force;
+  m.impact_impulse_max = o.impacts.impulse_max;
   m.relative_speed_max = o.relative_speed_max.speed;
   m.relative_speed_coupler = static_cast<std::uint32_t>(o.relative_speed_max.coupler);
   m.relative_speed_time = o.relative_speed_max.time;
@@ -115,8 +189,15 @@ Outcome to_message(const outcome::Outcome& o, const std_msgs::Header& header, st
   m.coupler_draft_peak = o.coupler_draft_peak.force;
   m.coupler_draft_peak_coupler = static_cast<std::uint32_t>(o.coupler_draft_peak.coupler);
   m.coupler_draft_peak_time = o.coupler_draft_peak.time;
+  m.couplers_broken = static_cast<std::uint32_t>(o.couplers_broken);
+  m.blockage_force = o.blockage_force;
   m.pile_up_length = o.pile_up.length;
   m.pile_up_width = o.pile_up.width;
+  m.pile_up_area = o.pile_up.area;
+  m.cars_across = static_cast<std::uint32_t>(o.pile_up.cars_across);
+  m.groups = static_cast<std::uint32_t>(o.pile_up.groups);
+  m.main_pile_cars = static_cast<std::uint32_t>(o.pile_up.main_cars);
+  m.main_pile_length = o.pile_up.main_length;
   m.energy_initial = o.energy_initial;
   m.energy_kinetic_translation = o.energy.kinetic_translation;
   m.energy_kinetic_rotation = o.energy.kinetic_rotation;
@@ -124,6 +205,13 @@ Outcome to_message(const outcome::Outcome& o, const std_msgs::Header& header, st
   m.energy_coupler_swing = o.energy.coupler_swing;
   m.work_on_track = o.energy.work_on_track;
   m.work_off_track = o.energy.work_off_track;
+  m.work_rails = o.energy.work_rails;
+  m.work_coupler_damping = o.energy.work_coupler_damping;
+  m.work_coupler_break = o.energy.work_coupler_break;
+  m.work_impact_normal = o.energy.work_impact_normal;
+  m.work_impact_friction = o.energy.work_impact_friction;
+  m.work_grade = o.energy.work_grade;
+  m.work_kicks = o.energy.work_kicks;
   m.energy_residual = o.energy_residual;
   m.steps = static_cast<std::uint64_t>(o.solver.steps);
   m.rejected_steps = static_cast<std::uint64_t>(o.solver.rejected_steps);

@@ -14,7 +14,7 @@ void PileUpFollower::update(const simulation::Snapshot& now) {
   double x = 0.0, y = 0.0;
   int count = 0;
   for (const simulation::CarSnapshot& car : now.cars) {
-    if (!car.past_pod && !car.off_track) continue;
+    if (!car.derailed && !car.off_track) continue;
     x += car.x;
     y += car.y;
     ++count;

@@ -26,12 +26,14 @@ Publishers::Publishers(::ros::NodeHandle& private_handle, const NodeParameters& 
   }
   events_ = private_handle.advertise<Event>("events", kStreamQueue);
   inputs_ = private_handle.advertise<Inputs>("inputs", 1, kLatch);
+  impacts_ = private_handle.advertise<Impacts>("impacts", 1, kLatch);
   outcome_ = private_handle.advertise<Outcome>("outcome", 1, kLatch);
   run_info_ = private_handle.advertise<RunInfo>("run_info", 1, kLatch);
 }
 
 bool Publishers::has_subscribers() const {
-  for (const ::ros::Publisher* p : {&tf_, &cars_, &couplers_, &markers_, &events_, &inputs_, &outcome_, &run_info_}) {
+  for (const ::ros::Publisher* p :
+       {&tf_, &cars_, &couplers_, &markers_, &events_, &inputs_, &impacts_, &outcome_, &run_info_}) {
     if (*p && p->getNumSubscribers() > 0) return true;
   }
   return false;

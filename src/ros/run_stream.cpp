@@ -9,7 +9,7 @@ namespace train_derail::ros_face {
 
 namespace {
 
-/// Spacing of ~outcome while the run is under way, simulated [s].
+/// Spacing of ~impacts and ~outcome while the run is under way, simulated [s].
 constexpr double kOutcomeInterval = 1.0;
 
 }  // namespace
@@ -23,7 +23,7 @@ void RunStream::start_run(const simulation::Simulation& simulation, const RunSta
   events_ = EventDetector(options_.event_coupler_force);
   pile_up_ = PileUpFollower();
   const inputs::Scenario& scenario = simulation.scenario();
-  scene_.emplace(simulation.cars(), scenario.coupler.length, options_.frames.world,
+  scene_.emplace(scenario, simulation.cars(), options_.frames.world,
                  scenario.output.interval * std::max(1, options_.markers_every));
   grid_points_ = 0;
   markers_empty_ = true;
@@ -37,6 +37,7 @@ void RunStream::start_run(const simulation::Simulation& simulation, const RunSta
   run_info(simulation, state);
   const outcome::Outcome outcome = simulation.outcome();
   send_grid_point(simulation, outcome);
+  send_impacts(simulation);
   send(&MessageSink::outcome, to_message(outcome, header(), run_id_));
 }
 
@@ -46,6 +47,7 @@ void RunStream::grid_point(const simulation::Simulation& simulation, const outco
   const auto every =
       std::max<std::int64_t>(1, std::llround(kOutcomeInterval / simulation.scenario().output.interval));
   if ((grid_points_ - 1) % every == 0 && !simulation.ended()) {
+    send_impacts(simulation);
     send(&MessageSink::outcome, to_message(outcome, header(), run_id_));
   }
 }
@@ -55,6 +57,7 @@ void RunStream::end_run(const simulation::Simulation& simulation, const outcome:
   // Finds nothing but the end itself if the last grid point has seen it.
   send_events(simulation, outcome);
   complete_markers();
+  send_impacts(simulation);
   send(&MessageSink::outcome, to_message(outcome, header(), run_id_));
   run_info(simulation, state, outcome.message.empty() ? outcome::to_string(outcome.ended) : outcome.message);
 }
@@ -87,9 +90,16 @@ void RunStream::send_grid_point(const simulation::Simulation& simulation, const 
 }
 
 void RunStream::send_events(const simulation::Simulation& simulation, const outcome::Outcome& outcome) {
-  for (const Occurrence& occurrence : events_.observe(simulation.snapshot(), outcome)) {
+  for (const Occurrence& occurrence : events_.observe(simulation.snapshot(), outcome, simulation.incidents())) {
     send(&MessageSink::event, to_message(occurrence, header(), run_id_));
   }
+}
+
+void RunStream::send_impacts(const simulation::Simulation& simulation) {
+  Impacts now = to_message(simulation.incidents().impacts, simulation.time(), header(), run_id_);
+  if (now.run_id == impacts_.run_id && now.impacts == impacts_.impacts) return;
+  impacts_ = std::move(now);
+  send(&MessageSink::impacts, impacts_);
 }
 
 void RunStream::complete_markers() {

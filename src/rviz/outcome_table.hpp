@@ -19,12 +19,17 @@ class OutcomeTable : public QWidget {
 
  private:
   struct Row {
-    QLabel *value, *si;
+    QLabel *title, *value, *si;
   };
   Row add_row(const char* name, const char* title, const char* meaning);
+  /// One text over both columns.
+  Row add_wide_row(const char* name, const char* title, const char* meaning);
+  /// What the paper's model does not have: shown if there is some.
+  void show_accident(const Outcome* outcome);
 
   QGridLayout* grid_;
-  Row derailed_, speed_, buff_, draft_, closing_, pile_up_, residual_;
+  Row derailed_, causes_, speed_, buff_, draft_, broken_, blockage_, closing_, impacts_, impact_force_, pile_up_, site_,
+      spent_, residual_;
 };
 
 }  // namespace train_derail::rviz_panel

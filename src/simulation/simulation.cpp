@@ -261,6 +261,10 @@ Snapshot Simulation::snapshot() const {
                       q(k, model::OMEGA), m.past_pod(k), impl_->monitor.off_track(k),
                       q(k, model::Y) + truck, q(k, model::Y) - truck, m.derailed(k)});
   }
+  for (const model::Derailment& d : incidents().derailments) {
+    model::Cause& cause = s.cars[static_cast<std::size_t>(d.car)].cause;
+    if (cause == model::Cause::none) cause = d.cause;
+  }
   const std::vector<model::CouplerState<double>> couplers = m.couplers(y);
   for (std::size_t i = 0; i < couplers.size(); ++i) {
     const model::CouplerState<double>& b = couplers[i];

@@ -131,7 +131,8 @@ inline void expect_equal_to_simulation(const std::vector<CarStates>& cars, const
       ASSERT_EQ(m.number, k + 1);
       ASSERT_TRUE(m.x == e.x && m.y == e.y && m.theta == e.theta && m.vx == e.vx && m.vy == e.vy &&
                   m.omega == e.omega && m.past_pod == e.past_pod && m.off_track == e.off_track &&
-                  m.front_truck_offset == e.front_truck_offset && m.rear_truck_offset == e.rear_truck_offset)
+                  m.front_truck_offset == e.front_truck_offset && m.rear_truck_offset == e.rear_truck_offset &&
+                  m.derailed == e.derailed && m.cause == static_cast<int>(e.cause))
           << "car " << k + 1 << " at " << expected.time << " s";
     }
     for (std::size_t k = 0; k < expected.couplers.size(); ++k) {
@@ -140,7 +141,8 @@ inline void expect_equal_to_simulation(const std::vector<CarStates>& cars, const
       ASSERT_EQ(m.number, k + 1);
       ASSERT_TRUE(m.gap == e.gap && m.angle == e.angle && m.axial_force == e.axial_force &&
                   m.lateral_force == e.lateral_force && m.swing_lead == e.swing_lead &&
-                  m.swing_trail == e.swing_trail && m.moment_lead == e.moment_lead && m.moment_trail == e.moment_trail)
+                  m.swing_trail == e.swing_trail && m.moment_lead == e.moment_lead &&
+                  m.moment_trail == e.moment_trail && m.broken == e.broken)
           << "coupler " << k + 1 << " at " << expected.time << " s";
     }
   }

@@ -93,7 +93,8 @@ TEST_F(TypedInputs, AreShownInTheUnitThatPeopleReadAndInSi) {
   EXPECT_EQ(table.at("consist[0].weight").value, "150 kip");
   EXPECT_EQ(table.at("consist[0].weight").value_si, "667.2 kN");
   EXPECT_EQ(table.at("coupler.swing_limit").allowed, "[0, 180] deg");
-  EXPECT_EQ(table.at("ground.on_track_law").choices, (std::vector<std::string>{"isotropic", "along_track", "guided"}));
+  EXPECT_EQ(table.at("ground.on_track_law").choices,
+            (std::vector<std::string>{"isotropic", "along_track", "guided", "rails"}));
   EXPECT_EQ(table.at("ground.on_track_law").value, "isotropic");
   EXPECT_EQ(table.at("coupler.swing_moment_max").value, ".inf");
   EXPECT_EQ(table.at("consist[0].count").value, "60");

@@ -17,6 +17,7 @@ import xmlrpc.client
 import rosbag
 import roslib.packages
 import rosgraph
+import rospkg
 import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
@@ -91,9 +92,9 @@ class BagTest(unittest.TestCase):
         return self.start(['roslaunch', 'train_derail', file, 'rviz:=false', *arguments], cwd=self.folder,
                           env=dict(os.environ, PWD=self.folder))
 
-    def record(self, name):
-        process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0', 'exit_when_done:=true',
-                              'record:=true', 'bag:=' + name)
+    def record(self, name, scenario=None, changes=()):
+        process = self.launch('sim.launch', 'config:=' + (scenario or self.scenario), 'set:=' + ';'.join(changes), 'rate:=0',
+                              'exit_when_done:=true', 'record:=true', 'bag:=' + name)
         output, _ = process.communicate(timeout=LIMIT)
         self.assertEqual(process.returncode, 0, output)
         return contents(self.path(name))
@@ -104,7 +105,7 @@ class BagTest(unittest.TestCase):
         for topic in ('/tf', '/train_derail/couplers', '/train_derail/markers'):
             self.assertEqual(len(self.offline[topic]), ticks, topic)
             self.assertEqual([t for t, _ in self.offline[topic]], [t for t, _ in self.offline['/train_derail/cars']])
-        for topic in ('/tf_static', '/train_derail/inputs'):
+        for topic in ('/tf_static', '/train_derail/inputs', '/train_derail/impacts'):
             self.assertEqual(len(self.offline[topic]), 1, topic)
         self.assertEqual(len(self.offline['/train_derail/run_info']), 2)
         self.assertIn('/train_derail/events', self.offline)
@@ -121,6 +122,22 @@ class BagTest(unittest.TestCase):
         first, second = self.record('first.bag'), self.record('second.bag')
         self.assertEqual(first, second)
         self.assertEqual(first, self.offline)
+
+    def test_an_accident_recorded_and_written_offline_are_equal(self):
+        scenario = os.path.join(rospkg.RosPack().get_path('train_derail'), 'config/accident.yaml')
+        changes = ('consist[1].count=21', 'initial.cars_ahead=4', 'stop.time_max=15', 'output.interval=0.1')
+        offline = self.path('accident_offline.bag')
+        subprocess.run([program('derail'), 'run', scenario, *('--set=' + c for c in changes), '--quiet', '--bag', offline],
+                       check=True, timeout=LIMIT)
+        self.assertEqual(self.record('accident.bag', scenario, changes), contents(offline))
+        with rosbag.Bag(offline) as bag:
+            impacts = [m for _, m, _ in bag.read_messages(['/train_derail/impacts'])]
+        self.assertEqual((impacts[0].time, impacts[0].impacts), (0.0, []))
+        self.assertGreater(len(impacts), 3)
+        for before, after in zip(impacts, impacts[1:]):
+            self.assertNotEqual(before.impacts, after.impacts, 'sent when it has changed')
+            if after is not impacts[-1]:
+                self.assertGreater(after.time - before.time, 0.99, 'at most once a second')
 
     def test_a_bag_of_rosbag_record_holds_the_same(self):
         topics = ['/tf', '/train_derail/cars', '/train_derail/couplers', '/train_derail/markers']

@@ -11,11 +11,13 @@
 
 #include "marker_check.hpp"
 #include "train_derail/Event.h"
+#include "train_derail/model/track.hpp"
 #include "train_derail/ros/car_shape.hpp"
 #include "train_derail/ros/command_queue.hpp"
 #include "train_derail/ros/event_detector.hpp"
 #include "train_derail/ros/frames.hpp"
 #include "train_derail/ros/marker_scene.hpp"
+#include "train_derail/ros/messages.hpp"
 #include "train_derail/ros/pacer.hpp"
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/pile_up_follower.hpp"
@@ -199,9 +201,10 @@ simulation::CouplerSnapshot coupler(double force) { return {1.2, 0.0, force, 0.0
 TEST(EventDetector, SaysOnceWhatHappens) {
   EventDetector detector(1000.0);
   outcome::Outcome outcome;
+  const model::Incidents incidents;
   const auto types = [&](const simulation::Snapshot& s) {
     std::vector<int> found;
-    for (const Occurrence& o : detector.observe(s, outcome)) found.push_back(o.type);
+    for (const Occurrence& o : detector.observe(s, outcome, incidents)) found.push_back(o.type);
     return found;
   };
   EXPECT_EQ(types({0.0, {car(0, true, false), car(-20, false, false)}, {coupler(0)}}),
@@ -226,11 +229,12 @@ TEST(EventDetector, SaysOnceWhatHappens) {
 TEST(EventDetector, GivesThePeakOfEachExcursion) {
   EventDetector detector(1000.0);
   const outcome::Outcome outcome;
+  const model::Incidents incidents;
   std::vector<Occurrence> found;
   const double forces[] = {0, 1500, -2500, 900, 1200, 400, 0, -1100, -300};
   for (int i = 0; i < 9; ++i) {
     const simulation::Snapshot s{0.1 * i, {car(-5, false, false), car(-25, false, false)}, {coupler(forces[i])}};
-    for (const Occurrence& o : detector.observe(s, outcome)) found.push_back(o);
+    for (const Occurrence& o : detector.observe(s, outcome, incidents)) found.push_back(o);
   }
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].type, Event::COUPLER_PEAK);
@@ -238,6 +242,144 @@ TEST(EventDetector, GivesThePeakOfEachExcursion) {
   EXPECT_EQ(found[0].value, -2500.0);
   EXPECT_NEAR(found[0].time, 0.2, 1e-12);
   EXPECT_EQ(found[1].value, -1100.0);
+}
+
+TEST(EventDetector, SaysWhatDerailedACarAndWhatBrokeACoupler) {
+  EventDetector detector(1e9);
+  const outcome::Outcome outcome;
+  model::Incidents incidents;
+  const simulation::Snapshot now{2.0, {car(5, false, false), car(-15, false, false)}, {coupler(0)}};
+  EXPECT_TRUE(detector.observe(now, outcome, incidents).empty());
+  incidents.derailments = {{1.5, 1, false, model::Cause::lateral, 0.0, 0.0},
+                           {1.6, 1, true, model::Cause::pod, 0.0, 0.0}};
+  incidents.broken = {{1.7, 0, model::BrokenCoupler::By::swing}};
+  std::vector<Occurrence> found = detector.observe(now, outcome, incidents);
+  ASSERT_EQ(found.size(), 2U) << "a car derails once, with its first truck";
+  EXPECT_EQ(found[0].type, Event::CAR_DERAILED);
+  EXPECT_EQ(found[0].car, 2);
+  EXPECT_EQ(found[0].time, 1.5);
+  EXPECT_EQ(found[0].value, 10.0);
+  EXPECT_NE(found[0].text.find("lateral"), std::string::npos) << found[0].text;
+  EXPECT_NE(found[0].text.find("rear"), std::string::npos) << found[0].text;
+  EXPECT_EQ(found[1].type, Event::COUPLER_BROKEN);
+  EXPECT_EQ(found[1].coupler, 1);
+  EXPECT_EQ(found[1].time, 1.7);
+  EXPECT_NE(found[1].text.find("swing"), std::string::npos) << found[1].text;
+  EXPECT_TRUE(detector.observe(now, outcome, incidents).empty());
+  incidents.derailments.push_back({1.9, 0, true, model::Cause::torn_track, 0.0, 0.0});
+  found = detector.observe(now, outcome, incidents);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].car, 1);
+  EXPECT_NE(found[0].text.find("torn"), std::string::npos) << found[0].text;
+}
+
+model::Impact impact(double closing_normal) {
+  return {3.0, 3.5, 4, 6, model::Face::rear, model::Face::left, -8.0, 2.0, 12.0, -1.0, 9.0, closing_normal, 4e5, 7e6};
+}
+
+TEST(Messages, ImpactsSayWhoHitWhomAndWhere) {
+  std_msgs::Header header;
+  header.stamp = ros::Time(7.0);
+  const Impacts m = to_message(std::vector<model::Impact>{impact(5.0)}, 4.0, header, 3);
+  EXPECT_EQ(m.header.stamp, header.stamp);
+  EXPECT_EQ(m.run_id, 3U);
+  EXPECT_EQ(m.time, 4.0);
+  ASSERT_EQ(m.impacts.size(), 1U);
+  const Impact& i = m.impacts[0];
+  EXPECT_EQ(i.time, 3.0);
+  EXPECT_EQ(i.end, 3.5);
+  EXPECT_EQ(i.car_a, 5U);
+  EXPECT_EQ(i.car_b, 7U);
+  EXPECT_EQ(i.face_a, Impact::REAR);
+  EXPECT_EQ(i.face_b, Impact::LEFT);
+  EXPECT_EQ(i.along_a, -8.0);
+  EXPECT_EQ(i.along_b, 2.0);
+  EXPECT_EQ(i.x, 12.0);
+  EXPECT_EQ(i.y, -1.0);
+  EXPECT_EQ(i.closing_speed, 9.0);
+  EXPECT_EQ(i.closing_normal, 5.0);
+  EXPECT_EQ(i.impulse, 4e5);
+  EXPECT_EQ(i.peak_force, 7e6);
+}
+
+TEST(Messages, HistogramOfImpactsHasStepsOfFiveMph) {
+  const auto histogram = [](const std::vector<double>& mph) {
+    std::vector<model::Impact> all;
+    for (const double v : mph) all.push_back(impact(v * inputs::kMph));
+    return to_message(all, 0.0, {}, 1);
+  };
+  EXPECT_TRUE(histogram({}).counts.empty());
+  EXPECT_TRUE(histogram({}).bin_edges.empty());
+  const Impacts m = histogram({-1.0, 0.0, 4.9, 5.1, 22.0, 6.0});
+  EXPECT_EQ(m.counts, (std::vector<std::uint32_t>{3, 2, 0, 0, 1}));
+  ASSERT_EQ(m.bin_edges.size(), 6U);
+  for (std::size_t i = 0; i < m.bin_edges.size(); ++i) {
+    EXPECT_NEAR(m.bin_edges[i], 5.0 * static_cast<double>(i) * inputs::kMph, 1e-12);
+  }
+}
+
+TEST(Messages, OutcomeHasWhatTheExtendedModelYields) {
+  outcome::Outcome o;
+  o.cars_derailed = 1;
+  o.derailed_by = {2, 3, 4};
+  o.couplers_broken = 5;
+  o.impacts = {6, 7.0, 8.0, 9.0};
+  o.blockage_force = 10.0;
+  o.pile_up.area = 11.0;
+  o.pile_up.cars_across = 12;
+  o.pile_up.groups = 13;
+  o.pile_up.main_cars = 14;
+  o.pile_up.main_length = 15.0;
+  o.energy.work_rails = 16.0;
+  o.energy.work_coupler_damping = 17.0;
+  o.energy.work_coupler_break = 18.0;
+  o.energy.work_impact_normal = 19.0;
+  o.energy.work_impact_friction = 20.0;
+  o.energy.work_grade = 21.0;
+  o.energy.work_kicks = -22.0;
+  const Outcome m = to_message(o, {}, 1);
+  EXPECT_EQ(m.cars_derailed, 1U);
+  EXPECT_EQ(m.derailed_by_pod, 2U);
+  EXPECT_EQ(m.derailed_by_lateral, 3U);
+  EXPECT_EQ(m.derailed_by_torn_track, 4U);
+  EXPECT_EQ(m.couplers_broken, 5U);
+  EXPECT_EQ(m.impacts, 6U);
+  EXPECT_EQ(m.impact_speed_max, 7.0);
+  EXPECT_EQ(m.impact_force_peak, 8.0);
+  EXPECT_EQ(m.impact_impulse_max, 9.0);
+  EXPECT_EQ(m.blockage_force, 10.0);
+  EXPECT_EQ(m.pile_up_area, 11.0);
+  EXPECT_EQ(m.cars_across, 12U);
+  EXPECT_EQ(m.groups, 13U);
+  EXPECT_EQ(m.main_pile_cars, 14U);
+  EXPECT_EQ(m.main_pile_length, 15.0);
+  EXPECT_EQ(m.work_rails, 16.0);
+  EXPECT_EQ(m.work_coupler_damping, 17.0);
+  EXPECT_EQ(m.work_coupler_break, 18.0);
+  EXPECT_EQ(m.work_impact_normal, 19.0);
+  EXPECT_EQ(m.work_impact_friction, 20.0);
+  EXPECT_EQ(m.work_grade, 21.0);
+  EXPECT_EQ(m.work_kicks, -22.0);
+}
+
+TEST(Messages, CarsAndCouplersSayWhatBecameOfThem) {
+  simulation::CarSnapshot off = car(1.0, false, true);
+  off.derailed = true;
+  const std::vector<std::pair<model::Cause, int>> causes{{model::Cause::none, CarState::NONE},
+                                                         {model::Cause::pod, CarState::POD},
+                                                         {model::Cause::lateral, CarState::LATERAL},
+                                                         {model::Cause::torn_track, CarState::TORN_TRACK}};
+  for (const auto& [cause, constant] : causes) {
+    off.cause = cause;
+    const CarState m = to_message(std::vector<simulation::CarSnapshot>{off}, 0.0, {}, 1).cars.at(0);
+    EXPECT_TRUE(m.derailed);
+    EXPECT_EQ(m.cause, constant);
+  }
+  simulation::CouplerSnapshot broken = coupler(0.0);
+  broken.broken = true;
+  const CouplerForces m = to_message(std::vector<simulation::CouplerSnapshot>{coupler(0.0), broken}, 0.0, {}, 1);
+  EXPECT_FALSE(m.couplers.at(0).broken);
+  EXPECT_TRUE(m.couplers.at(1).broken);
 }
 
 inputs::Scenario short_train(int cars) {
@@ -249,6 +391,16 @@ inputs::Scenario short_train(int cars) {
   s.consist = {block};
   s.initial.speed = 16.0;
   s.initial.yaw_rate = 0.2;
+  return s;
+}
+
+/// On rails that yield.
+inputs::Scenario short_accident(int cars) {
+  inputs::Scenario s = short_train(cars);
+  s.ground.on_track_law = inputs::OnTrackLaw::rails;
+  s.brakes.law = inputs::BrakeLaw::air;
+  s.solver.method = inputs::Method::semi_implicit;
+  s.solver.fixed_step = 0.002;
   return s;
 }
 
@@ -329,9 +481,9 @@ TEST(CarShape, TellsTheNamesApart) {
 }
 
 TEST(MarkerScene, IsValidFromStartToEnd) {
-  for (const inputs::Scenario& scenario : {short_train(1), short_train(12), train_of_all_bodies()}) {
+  for (const inputs::Scenario& scenario : {short_train(1), short_train(12), train_of_all_bodies(), short_accident(12)}) {
     simulation::Simulation simulation(scenario);
-    MarkerScene scene(simulation.cars(), 1.2, "map", 0.02);
+    MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
     for (double t = 0.0; t <= 4.0; t += 0.5) {
       simulation.advance(t);
       scene.update(simulation.snapshot(), simulation.outcome(), simulation.touches(), 0.0, 0.0, ros::Time(1.0 + t));
@@ -349,7 +501,7 @@ TEST(MarkerScene, EveryCarIsWhereItIsInTheColourOfItsState) {
   now.cars[0].past_pod = now.cars[1].past_pod = true;
   now.cars[2].past_pod = now.cars[3].past_pod = now.cars[4].past_pod = now.cars[4].off_track = false;
   now.cars[2].off_track = now.cars[3].off_track = true;
-  MarkerScene scene(simulation.cars(), 1.2, "map", 0.02);
+  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
   scene.update(now, simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
   const Marker *edges = shown(scene, "cars_outline", 0), *past_pod = shown(scene, "cars_past_pod", 0),
                *off_track = shown(scene, "cars_off_track", 0), *on_track = shown(scene, "cars_on_track", 0);
@@ -383,7 +535,7 @@ TEST(MarkerScene, CouplersShowTheirForceByColourAndByArrows) {
   now.couplers[0].axial_force = 1.0e6;
   now.couplers[1].axial_force = -1.0e6;
   now.couplers[2].axial_force = 0.0;
-  MarkerScene scene(simulation.cars(), 1.2, "map", 0.02);
+  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
   scene.update(now, simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
   const Marker *couplers = shown(scene, "couplers", 0), *arrows = shown(scene, "coupler_arrows", 0),
                *bars = shown(scene, "coupler_force_bars", 1);
@@ -413,7 +565,7 @@ TEST(MarkerScene, CouplersShowTheirForceByColourAndByArrows) {
 
 TEST(MarkerScene, LegendsSayWhatTheColoursMean) {
   simulation::Simulation simulation(short_train(12));
-  MarkerScene scene(simulation.cars(), 1.2, "map", 0.02);
+  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
   const auto places_at = [&](double x, double y) {
     scene.update(simulation.snapshot(), simulation.outcome(), {}, x, y, ros::Time(1.0));
     std::vector<geometry_msgs::Point> places;
@@ -468,13 +620,148 @@ TEST(MarkerScene, LegendsSayWhatTheColoursMean) {
   }
 }
 
+TEST(MarkerScene, BodiesShowWhatDerailedThem) {
+  simulation::Simulation simulation(short_accident(4));
+  simulation::Snapshot now = simulation.snapshot();
+  const model::Cause causes[] = {model::Cause::pod, model::Cause::lateral, model::Cause::torn_track,
+                                 model::Cause::none};
+  const char* const kinds[] = {"cars_derailed_pod", "cars_derailed_lateral", "cars_derailed_torn_track",
+                               "cars_on_track"};
+  // The words beside the same colours in the legend.
+  const char* const words[] = {"at the\npoint", "by lateral\nforce", "on torn\ntrack", "on the\ntrack"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    now.cars[i].cause = causes[i];
+    now.cars[i].derailed = causes[i] != model::Cause::none;
+  }
+  now.cars[3].past_pod = true;  // stands on the rails all the same
+  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
+  outcome::Outcome outcome;
+  outcome.cars_derailed = 60;
+  outcome.derailed_by = {10, 20, 30};
+  scene.update(now, outcome, {}, 0.0, 0.0, ros::Time(1.0));
+  test::expect_valid(scene.markers(), "map");
+  std::vector<double> greys;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Marker* body = shown(scene, kinds[i], 0);
+    ASSERT_TRUE(body) << kinds[i];
+    EXPECT_EQ(body->points.size(), car_shape(simulation.cars()[i]).body.size()) << kinds[i];
+    double x = 0.0;
+    for (const auto& p : body->points) x += p.x / static_cast<double>(body->points.size());
+    EXPECT_NEAR(x, now.cars[i].x, 0.5) << kinds[i];
+    greys.push_back(grey(body->color));
+
+    const Marker *swatches = shown(scene, "legend", 0), *word = nullptr;
+    for (const Marker& m : scene.markers().markers) {
+      if (m.ns == "legend" && m.text == words[i]) word = &m;
+    }
+    ASSERT_TRUE(swatches && word) << words[i];
+    bool painted = false;
+    for (std::size_t k = 6; k < swatches->points.size(); ++k) {
+      const double dx = swatches->points[k].x + swatches->pose.position.x - word->pose.position.x;
+      const double dy = swatches->points[k].y + swatches->pose.position.y - word->pose.position.y;
+      painted = painted || (std::abs(dx) < 3.0 * word->scale.z && dy > 0.0 && dy < 3.0 * word->scale.z &&
+                            swatches->colors[k] == body->color);
+    }
+    EXPECT_TRUE(painted) << words[i];
+  }
+  EXPECT_FALSE(shown(scene, "cars_past_pod", 0));
+  std::sort(greys.begin(), greys.end());
+  for (std::size_t i = 1; i < 4; ++i) EXPECT_GT(greys[i], greys[i - 1] + 0.12) << "apart in grey";
+  const Marker* status = shown(scene, "status", 0);
+  ASSERT_TRUE(status);
+  EXPECT_NE(status->text.find("derailed: 60 (point 10, lateral 20, torn 30) of 4"), std::string::npos) << status->text;
+  EXPECT_EQ(status->text.find("broken"), std::string::npos) << status->text;
+  outcome.couplers_broken = 7;
+  outcome.impacts.count = 8;
+  scene.update(now, outcome, {}, 0.0, 0.0, ros::Time(1.0));
+  EXPECT_NE(shown(scene, "status", 0)->text.find("couplers broken 7, impacts 8"), std::string::npos);
+}
+
+TEST(MarkerScene, ABrokenCouplerIsAGapWithoutForce) {
+  simulation::Simulation simulation(short_accident(4));
+  simulation::Snapshot now = simulation.snapshot();
+  for (simulation::CouplerSnapshot& c : now.couplers) c.axial_force = 1.0e6;
+  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
+  const auto points = [&](const char* ns, int id) {
+    const Marker* m = shown(scene, ns, id);
+    return m == nullptr ? std::vector<geometry_msgs::Point>() : m->points;
+  };
+  scene.update(now, {}, {}, 0.0, 0.0, ros::Time(1.0));
+  EXPECT_TRUE(points("couplers_broken", 0).empty());
+  now.couplers[1].broken = true;
+  scene.update(now, {}, {}, 0.0, 0.0, ros::Time(1.0));
+  test::expect_valid(scene.markers(), "map");
+  EXPECT_EQ(points("couplers", 0).size(), 4U);
+  EXPECT_EQ(points("coupler_force_bars", 1).size(), 4U);
+  EXPECT_EQ(points("coupler_arrows", 0).size(), 12U);
+  const double lead = now.cars[1].x - 0.5 * simulation.cars()[1].length;
+  const double trail = now.cars[2].x + 0.5 * simulation.cars()[2].length;
+  const auto broken = points("couplers_broken", 0);
+  ASSERT_EQ(broken.size(), 8U);
+  for (const auto& p : broken) {
+    EXPECT_LE(std::min(std::abs(p.x - lead), std::abs(p.x - trail)), 1.0);
+    EXPECT_LE(std::abs(p.y - now.cars[1].y), 1.6);
+  }
+  for (const auto& p : points("couplers", 0)) EXPECT_FALSE(p.x > trail + 1e-6 && p.x < lead - 1e-6);
+}
+
+TEST(MarkerScene, TheTrackIsDrawnAlongItsCurves) {
+  inputs::Scenario scenario = short_accident(12);
+  scenario.track.curves = {{-150.0, 100.0, -1.0 / 300.0}, {20.0, 60.0, 1.0 / 200.0}};
+  simulation::Simulation simulation(scenario);
+  MarkerScene scene(scenario, simulation.cars(), "map", 0.02);
+  scene.update(simulation.snapshot(), simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
+  test::expect_valid(scene.markers(), "map");
+  const model::Track track(scenario, -400.0, 400.0);
+  const Marker* rails = shown(scene, "track", 1);
+  ASSERT_TRUE(rails);
+  double last = -1e9, lowest = 0.0;
+  for (std::size_t i = 0; i < rails->points.size(); i += 4) {
+    for (const std::size_t end : {i, i + 1}) {
+      const auto &right = rails->points.at(end), &left = rails->points.at(end + 2);
+      EXPECT_NEAR(std::hypot(left.x - right.x, left.y - right.y), 1.435, 1e-9);
+      const Eigen::Vector2d middle(0.5 * (left.x + right.x), 0.5 * (left.y + right.y));
+      const double s = track.foot(middle, middle.x());
+      EXPECT_NEAR((track.at(s).point - middle).norm(), 0.0, 0.02) << "at " << s << " m";
+      EXPECT_GE(s, last - 1e-3) << "no gap";
+      last = s;
+      lowest = std::min(lowest, middle.y());
+    }
+  }
+  EXPECT_GT(last, 100.0);
+  EXPECT_LT(lowest, -10.0);
+  EXPECT_GT(rails->points.size(), 4U * 16U);
+  EXPECT_LT(rails->points.size(), 4U * 40U) << "sent fifty times a second";
+  // What is read beside the train keeps clear of it.
+  EXPECT_LT(shown(scene, "status", 0)->pose.position.y, lowest - 50.0);
+  const auto cars = simulation.snapshot().cars;
+  for (const auto& c : cars) EXPECT_GT(shown(scene, "coupler_force_bars", 0)->points.at(0).y, c.y + 50.0);
+}
+
+TEST(MarkerScene, WhatIsReadBesideALongTrainIsInTheShippedView) {
+  for (const inputs::Scenario& scenario : {short_train(100), short_accident(100)}) {
+    simulation::Simulation simulation(scenario);
+    MarkerScene scene(scenario, simulation.cars(), "map", 0.02);
+    scene.update(simulation.snapshot(), simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
+    const Marker *legend = shown(scene, "legend", 0), *status = shown(scene, "status", 0);
+    ASSERT_TRUE(legend && status);
+    // 1026 by 745 pixels of 1 / 0.85 m, the middle at x = -550 m.
+    for (const auto& p : legend->points) {
+      EXPECT_LT(std::abs(p.x + legend->pose.position.x + 550.0), 600.0);
+      EXPECT_LT(p.y + legend->pose.position.y, 430.0);
+    }
+    EXPECT_NEAR(status->pose.position.x, -550.0, 100.0);
+    EXPECT_LT(status->pose.position.y + 0.5 * 6.0 * 1.2 * status->scale.z, 0.0) << "six lines beside the track";
+  }
+}
+
 outcome::Closing touch_at(double time, double speed) { return {speed, speed, 1, 2, time, 10.0 * speed, 3.0}; }
 
 TEST(MarkerScene, TouchesFlashForASecondOfSimulatedTime) {
   simulation::Simulation simulation(short_train(2));
   simulation::Snapshot now = simulation.snapshot();
   const std::vector<outcome::Closing> touches{touch_at(0.5, 4.0), touch_at(2.0, 5.0), touch_at(2.1, 0.2)};
-  MarkerScene scene(simulation.cars(), 1.2, "map", 0.02);
+  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
   const auto show_at = [&](MarkerScene& in, double time) {
     now.time = time;
     in.update(now, simulation.outcome(), touches, 0.0, 0.0, ros::Time(10.0 + time));
@@ -511,7 +798,7 @@ TEST(MarkerScene, TouchesFlashForASecondOfSimulatedTime) {
   EXPECT_FALSE(shown(scene, "touches", 0));
 
   // Arrays that are farther apart than a second still show each touch once.
-  MarkerScene coarse(simulation.cars(), 1.2, "map", 4.0);
+  MarkerScene coarse(simulation.scenario(), simulation.cars(), "map", 4.0);
   show_at(coarse, 4.0);
   ASSERT_TRUE(shown(coarse, "touches", 2));
   show_at(coarse, 8.0);
@@ -524,7 +811,7 @@ TEST(MarkerScene, TellsTheFastestOfManyTouches) {
   now.time = 1.0;
   std::vector<outcome::Closing> touches;
   for (int i = 0; i < 40; ++i) touches.push_back(touch_at(0.5 + 0.01 * i, 2.0 + (i * 7) % 40));
-  MarkerScene scene(simulation.cars(), 1.2, "map", 0.02);
+  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
   scene.update(now, simulation.outcome(), touches, 0.0, 0.0, ros::Time(1.0));
   std::size_t told = 0;
   for (const Marker& m : scene.markers().markers) {

@@ -10,6 +10,7 @@
 #include "marker_check.hpp"
 #include "node_client.hpp"
 #include "train_derail/Event.h"
+#include "train_derail/Impacts.h"
 #include "train_derail/Inputs.h"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/writer.hpp"
@@ -252,6 +253,16 @@ TEST_F(Streams, EventsAgreeWithTheStatesAndTheOutcome) {
   EXPECT_EQ(count[Event::CONTACT] > 0, outcome->last().touches > 0);
   EXPECT_GT(count[Event::COUPLER_PEAK], 0);
   EXPECT_EQ(past_pod.count(1), 1U) << "car 1 starts at the point";
+}
+
+TEST_F(Streams, ImpactsAreEmptyWhereBodiesPassThroughEachOther) {
+  Record<Impacts> impacts("/train_derail/impacts");
+  ASSERT_TRUE(wait_for([&] { return !impacts.empty(); }));
+  EXPECT_EQ(impacts.last().run_id, 2U);
+  EXPECT_TRUE(impacts.last().impacts.empty());
+  EXPECT_TRUE(impacts.last().counts.empty());
+  EXPECT_EQ(outcome->last().cars_derailed, outcome->last().cars_past_pod);
+  EXPECT_EQ(outcome->last().impacts + outcome->last().couplers_broken + outcome->last().derailed_by_pod, 0U);
 }
 
 TEST_F(Streams, InputsAreLatchedWhole) {

@@ -33,6 +33,7 @@ class BagRecorder : public MessageSink {
   void markers(const visualization_msgs::MarkerArray& m) override;
   void event(const Event& m) override;
   void inputs(const Inputs& m) override;
+  void impacts(const Impacts& m) override;
   void outcome(const Outcome& m) override;
   void run_info(const RunInfo& m) override;
   bool wants_markers() const override { return true; }

@@ -23,7 +23,9 @@ class EventDetector {
   /// A coupler whose force goes over `coupler_force` [N] yields one event, with its peak, when it has fallen to half.
   explicit EventDetector(double coupler_force) : threshold_(coupler_force) {}
 
-  std::vector<Occurrence> observe(const simulation::Snapshot& now, const outcome::Outcome& outcome);
+  /// `incidents` of the same run, which only grow.
+  std::vector<Occurrence> observe(const simulation::Snapshot& now, const outcome::Outcome& outcome,
+                                  const model::Incidents& incidents);
 
  private:
   struct Peak {
@@ -31,10 +33,13 @@ class EventDetector {
     double force = 0.0;  // buff positive [N]
     double time = 0.0;   // s
   };
+  void observe_incidents(const simulation::Snapshot& now, const model::Incidents& incidents,
+                         std::vector<Occurrence>& found);
   void observe_coupler(int number, double time, double force, bool last, std::vector<Occurrence>& found);
 
   double threshold_;
-  std::vector<bool> past_pod_, off_track_;
+  std::vector<bool> past_pod_, off_track_, derailed_;
+  std::size_t derailments_ = 0, broken_ = 0;  // of the incidents, seen so far
   std::vector<Peak> peaks_;
   int touches_ = 0;
   double fastest_ = -1.0;

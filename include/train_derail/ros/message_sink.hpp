@@ -8,6 +8,7 @@
 #include "train_derail/CarStates.h"
 #include "train_derail/CouplerForces.h"
 #include "train_derail/Event.h"
+#include "train_derail/Impacts.h"
 #include "train_derail/Inputs.h"
 #include "train_derail/Outcome.h"
 #include "train_derail/RunInfo.h"
@@ -26,6 +27,7 @@ class MessageSink {
   virtual void markers(const visualization_msgs::MarkerArray& m) = 0;
   virtual void event(const Event& m) = 0;
   virtual void inputs(const Inputs& m) = 0;
+  virtual void impacts(const Impacts& m) = 0;
   virtual void outcome(const Outcome& m) = 0;
   virtual void run_info(const RunInfo& m) = 0;
 

@@ -9,6 +9,7 @@
 #include "train_derail/CarStates.h"
 #include "train_derail/CouplerForces.h"
 #include "train_derail/Event.h"
+#include "train_derail/Impacts.h"
 #include "train_derail/Inputs.h"
 #include "train_derail/Outcome.h"
 #include "train_derail/outcome/outcome.hpp"
@@ -22,6 +23,8 @@ CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double ti
                      std::uint32_t run_id);
 CouplerForces to_message(const std::vector<simulation::CouplerSnapshot>& couplers, double time,
                          const std_msgs::Header& header, std::uint32_t run_id);
+Impacts to_message(const std::vector<model::Impact>& impacts, double time, const std_msgs::Header& header,
+                   std::uint32_t run_id);
 Outcome to_message(const outcome::Outcome& outcome, const std_msgs::Header& header, std::uint32_t run_id);
 Inputs to_message(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const std_msgs::Header& header,
                   std::uint32_t run_id);

@@ -22,6 +22,7 @@ class Publishers : public MessageSink {
   void markers(const visualization_msgs::MarkerArray& m) override { publish(markers_, m); }
   void event(const Event& m) override { publish(events_, m); }
   void inputs(const Inputs& m) override { publish(inputs_, m); }
+  void impacts(const Impacts& m) override { publish(impacts_, m); }
   void outcome(const Outcome& m) override { publish(outcome_, m); }
   void run_info(const RunInfo& m) override { publish(run_info_, m); }
   bool wants_markers() const override { return markers_ && markers_.getNumSubscribers() > 0; }
@@ -36,7 +37,7 @@ class Publishers : public MessageSink {
     if (topic) topic.publish(message);
   }
 
-  ::ros::Publisher clock_, tf_, tf_static_, cars_, couplers_, markers_, events_, inputs_, outcome_, run_info_;
+  ::ros::Publisher clock_, tf_, tf_static_, cars_, couplers_, markers_, events_, inputs_, impacts_, outcome_, run_info_;
 };
 
 }  // namespace train_derail::ros_face

@@ -36,9 +36,9 @@ class RunStream {
   /// The next run begins: its inputs and what holds at time 0.
   void start_run(const simulation::Simulation& simulation, const RunState& state);
   /// The simulation has reached the next point of its grid: clock, tf, cars, couplers, markers, events, all with one
-  /// stamp; the outcome once a simulated second.
+  /// stamp; impacts and outcome once a simulated second.
   void grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
-  /// Last events, markers, outcome, state.
+  /// Last events, markers, impacts, outcome, state.
   void end_run(const simulation::Simulation& simulation, const outcome::Outcome& outcome, const RunState& state);
 
   /// Sends the markers of the last grid point if they were left out.
@@ -57,6 +57,8 @@ class RunStream {
   }
   void send_grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
   void send_events(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
+  /// If there is something new.
+  void send_impacts(const simulation::Simulation& simulation);
   void send_markers();
   bool markers_wanted() const;
 
@@ -67,6 +69,7 @@ class RunStream {
   PileUpFollower pile_up_;
   std::optional<MarkerScene> scene_;
   Inputs inputs_;
+  Impacts impacts_;  // as last sent
   std::uint32_t run_id_ = 0;
   std::int64_t grid_points_ = 0;  // of this run
   bool markers_empty_ = false;    // nothing of this run is shown yet

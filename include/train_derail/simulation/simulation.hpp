@@ -17,6 +17,7 @@ struct CarSnapshot {
   bool off_track;                           // counts as off the track
   double front_truck_offset, rear_truck_offset;  // y of the truck centres, left positive [m]
   bool derailed;                           // a truck is off the rails (without rails that yield: past_pod)
+  model::Cause cause = model::Cause::none;  // what took its first truck off; rails that yield only
 };
 
 /// Coupler i (from 0) joins cars[i] (lead) and cars[i + 1] (trail).
