@@ -152,7 +152,7 @@ Derailed count_derailed(const inputs::Scenario& scenario, const simulation::Snap
   std::size_t vehicle = 0;
   for (const CarBlock& block : scenario.consist) {
     for (int i = 0; i < block.count; ++i, ++vehicle) {
-      if (snapshot.cars.at(vehicle).past_pod) ++(is_locomotive(block) ? derailed.locomotives : derailed.cars);
+      if (snapshot.cars.at(vehicle).derailed) ++(is_locomotive(block) ? derailed.locomotives : derailed.cars);
     }
   }
   return derailed;

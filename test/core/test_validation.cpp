@@ -135,8 +135,8 @@ TEST(Rows, LocomotivesAreCountedApart) {
   const inputs::Scenario s = validation::scenario_of(base(), a);
   simulation::Snapshot snapshot = simulation::Simulation(s).snapshot();
   ASSERT_EQ(snapshot.cars.size(), 7u);
-  for (const std::size_t derailed : {1, 3, 4, 6}) snapshot.cars[derailed].past_pod = true;
-  for (const std::size_t whole : {0, 2, 5}) snapshot.cars[whole].past_pod = false;
+  for (const std::size_t derailed : {1, 3, 4, 6}) snapshot.cars[derailed].derailed = true;
+  for (const std::size_t whole : {0, 2, 5}) snapshot.cars[whole].derailed = false;
   const validation::Derailed d = validation::count_derailed(s, snapshot);
   EXPECT_EQ(d.cars, 2);
   EXPECT_EQ(d.locomotives, 2);
