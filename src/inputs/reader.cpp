@@ -1,6 +1,8 @@
 #include "train_derail/inputs/reader.hpp"
 
 #include <charconv>
+#include <filesystem>
+#include <fstream>
 
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -119,12 +121,12 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
 }
 
 YAML::Node load_file(const std::string& path) {
+  std::ifstream file(path);
+  // A folder opens, but nothing can be read from it; yaml-cpp would leak its buffer over that.
+  std::error_code unknown;
+  if (!file || std::filesystem::is_directory(path, unknown)) throw InputError(path, "", "", "cannot be read", "");
   try {
-    return YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    throw InputError(path, "", "", "cannot be read", "");
-  } catch (const std::ios_base::failure&) {  // a folder, for one
-    throw InputError(path, "", "", "cannot be read", "");
+    return YAML::Load(file);
   } catch (const YAML::ParserException& e) {
     throw InputError(located(path, e.mark), "", "", "not YAML: " + e.msg, "");
   }
