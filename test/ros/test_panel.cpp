@@ -183,7 +183,7 @@ TEST_F(Panel, ShowsTheInputsOfTheRunWithUnitsRangesAndMeanings) {
   EXPECT_EQ(edit("input:consist[0].count")->text(), "12");
   EXPECT_EQ(edit("input:consist[0].weight")->text(), "150 kip");
   EXPECT_EQ(find<QComboBox>("input:ground.on_track_law")->currentText(), "isotropic");
-  EXPECT_EQ(find<QComboBox>("input:ground.on_track_law")->count(), 3);
+  EXPECT_EQ(find<QComboBox>("input:ground.on_track_law")->count(), 4);
   const QString tip = edit("input:initial.speed")->toolTip();
   for (const char* part : {"initial.speed", "forward along the track", "mph", "&gt;= 0 mph"}) {
     EXPECT_TRUE(tip.contains(part)) << tip.toStdString() << " lacks " << part;
