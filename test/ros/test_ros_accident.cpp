@@ -55,7 +55,12 @@ class Accident : public testing::Test {
     simulation = new simulation::Simulation(*scenario);
     simulation->run();
     // Its last message may still be under way.
-    ASSERT_TRUE(wait_for([] { return impacts->last().impacts.size() == simulation->incidents().impacts.size(); }));
+    ASSERT_TRUE(wait_for([] {
+      const auto& seen = impacts->last().impacts;
+      const auto& noted = simulation->incidents().impacts;
+      const auto over = [](const Impact& a, const model::Impact& e) { return a.end == e.end; };
+      return std::equal(seen.begin(), seen.end(), noted.begin(), noted.end(), over);
+    }));
   }
 
   template <class Message>
