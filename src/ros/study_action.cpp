@@ -136,6 +136,8 @@ class StudyAction::Server : public actionlib::ActionServerBase<RunStudyAction> {
     feedback_ = handle_.advertise<ActionFeedback>("feedback", kQueueSize);
     result_ = handle_.advertise<ActionResult>("result", kQueueSize);
     goals_ = handle_.subscribe<ActionGoal>("goal", kQueueSize, [this](const ActionGoalConstPtr& goal) {
+      // A study that has ended holds its goal until its thread is through; until then the goal could not be forgotten.
+      if (!busy_ && worker_.joinable()) worker_.join();
       forget_ended(goal->goal_id.id);
       goalCallback(goal);
     });
