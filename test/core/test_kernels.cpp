@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "fixtures.hpp"
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/model/extended_model.hpp"
 
 namespace train_derail {
 namespace {
@@ -35,10 +37,9 @@ TEST(Kernels, AgreeWithThePlainVersion) {
       s.ground.on_track_law = law;
       s.coupler.swing_moment_max = random.index(2) == 0 ? inputs::kInfinity : 1e4;
       const std::vector<std::string> sets = model::DerailmentModel::instruction_sets(cars);
-      model::DerailmentModel plain(s, "plain");
       for (const std::string& name : sets) {
         if (name == "plain") continue;
-        model::DerailmentModel fast(s, name);
+        model::DerailmentModel plain(s, "plain"), fast(s, name);
         for (Eigen::Index k = 1; k < cars; ++k) {
           if (random.index(2) == 0) continue;
           plain.derail(k);
@@ -117,6 +118,46 @@ TEST(Kernels, WholeTrainFunctionsAreThoseOfEachCarAndCoupler) {
     for (Eigen::Index k = 1; k < 23; ++k) m.derail(k);
     EXPECT_EQ(m.foremost_on_track(y.data()), -inputs::kInfinity) << name;
   }
+}
+
+/// State after `steps` steps of 2 ms with everything switched on.
+model::StateVector after(const inputs::Scenario& scenario, const std::string& instruction_set, int steps) {
+  model::ExtendedModel m(scenario, instruction_set);
+  const Eigen::Index n = 3 * m.car_count();
+  const double h = 0.002;
+  model::StateVector y = m.initial_state(), before(y.size());
+  Eigen::VectorXd acceleration(n);
+  m.start(y.data());
+  for (int i = 0; i < steps; ++i) {
+    m.accelerations(i * h, h, y.data(), acceleration.data());
+    before = y;
+    y.segment(n, n) += h * acceleration;
+    y.head(n) += h * y.segment(n, n);
+    m.settle(i * h, h, before.data(), y.data());
+  }
+  return y;
+}
+
+TEST(ExtendedKernels, AgreeWithThePlainVersion) {
+  inputs::Scenario s = inputs::read_scenario_file(TRAIN_DERAIL_SOURCE_DIR "/config/accident.yaml");
+  const inputs::CarBlock car = s.consist.at(1);
+  for (int cars = 1; cars <= 40; ++cars) {
+    s.consist = {car};
+    s.consist[0].count = cars;
+    s.initial.cars_ahead = std::min(cars - 1, 3);
+    const model::StateVector plain = after(s, "plain", 250);
+    const auto p = model::motion(plain.data(), cars);
+    for (const std::string& name : model::ExtendedModel::instruction_sets(cars)) {
+      if (name == "plain") continue;
+      const model::StateVector fast = after(s, name, 250);
+      const auto f = model::motion(fast.data(), cars);
+      for (Eigen::Index c = 0; c < model::kCoordinates; ++c) {
+        const double scale = p.col(c).abs().maxCoeff();
+        EXPECT_LE((p.col(c) - f.col(c)).abs().maxCoeff(), 1e-9 * scale) << name << ' ' << cars << " column " << c;
+      }
+    }
+  }
+  EXPECT_THROW(model::ExtendedModel(s, "abacus"), std::invalid_argument);
 }
 
 }  // namespace
