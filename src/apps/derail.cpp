@@ -70,6 +70,7 @@ int run(const Arguments& a) {
   if (!a.bag.empty()) bag = apps::open_bag(a.bag, simulation);
   {
     apps::Progress progress(!a.quiet);
+    if (!progress.shown() && !csv.is_open() && !bag) simulation.run();  // nobody looks on
     if (csv.is_open()) {
       simulation::write_csv_header(csv);
       simulation::write_csv_rows(csv, simulation.snapshot());

@@ -16,6 +16,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  bool shown() const { return shown_; }
+
   /// `done` in [0, 1]; at most ten lines a second are drawn.
   void update(double done, const std::string& what) {
     if (!shown_) return;

@@ -44,6 +44,7 @@ struct StepWork {
 };
 
 struct ExtendedKernels {
+  const char* instruction_set;
   std::ptrdiff_t lanes;  // needs at least lanes + 1 cars
   void (*forces)(const ExtendedArrays&, const double* y);
   /// `before`, `after`: states at the ends of a step of length h whose forces are in the arrays.
@@ -56,6 +57,6 @@ struct ExtendedKernels {
   bool (*overload)(const ExtendedArrays&, double h, double* overloaded);
 };
 
-extern const ExtendedKernels kExtendedPlain, kExtendedAvx2;
+extern const ExtendedKernels kExtendedPlain, kExtendedAvx2, kExtendedAvx512;
 
 }  // namespace train_derail::model

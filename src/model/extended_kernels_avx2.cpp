@@ -3,6 +3,6 @@
 
 namespace train_derail::model {
 
-const ExtendedKernels kExtendedAvx2 = extended_kernels<Wide>();
+const ExtendedKernels kExtendedAvx2 = extended_kernels<Wide>("avx2");
 
 }  // namespace train_derail::model

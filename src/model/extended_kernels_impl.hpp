@@ -184,7 +184,6 @@ template <class B>
 
 template <class B>
 [[gnu::flatten]] bool overload(const ExtendedArrays& a, double h, double* overloaded) {
-  using L = Lanes<B>;
   bool yields = false;
   for (std::ptrdiff_t i = 0; i < 2 * a.cars; ++i) {
     const bool over = rails_yield(*a.rails, a.lateral[i], a.load[i], h, overloaded[i]);
@@ -194,8 +193,8 @@ template <class B>
 }
 
 template <class B>
-constexpr ExtendedKernels extended_kernels() {
-  return {Lanes<B>::count, extended_forces<B>, extended_work<B>, turn<B>, places<B>, overload<B>};
+constexpr ExtendedKernels extended_kernels(const char* instruction_set) {
+  return {instruction_set, Lanes<B>::count, extended_forces<B>, extended_work<B>, turn<B>, places<B>, overload<B>};
 }
 
 }  // namespace train_derail::model

@@ -2,6 +2,6 @@
 
 namespace train_derail::model {
 
-const ExtendedKernels kExtendedPlain = extended_kernels<double>();
+const ExtendedKernels kExtendedPlain = extended_kernels<double>("plain");
 
 }  // namespace train_derail::model

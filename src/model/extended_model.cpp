@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
+#include <fmt/format.h>
 
 #include "model/contacts.hpp"
 #include "model/extended_kernels.hpp"
@@ -28,16 +30,34 @@ double reach_ahead(const inputs::Scenario& s) {
   return std::min(100.0 + train_length(s) + s.initial.speed * s.stop.time_max, 6000.0);
 }
 
-const ExtendedKernels& best_kernels([[maybe_unused]] Eigen::Index cars) {
+/// Those that this processor can run and that suit the length of the train, fastest first.
+std::vector<const ExtendedKernels*> versions(Eigen::Index cars) {
+  std::vector<const ExtendedKernels*> all;
 #ifdef TRAIN_DERAIL_X86
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && cars > kExtendedAvx2.lanes) return kExtendedAvx2;
+  if (__builtin_cpu_supports("avx512dq") && cars > kExtendedAvx512.lanes) all.push_back(&kExtendedAvx512);
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && cars > kExtendedAvx2.lanes) all.push_back(&kExtendedAvx2);
 #endif
-  return kExtendedPlain;
+  all.push_back(&kExtendedPlain);
+  return all;
+}
+
+const ExtendedKernels* kernels_of(Eigen::Index cars, const std::string& instruction_set) {
+  for (const ExtendedKernels* v : versions(cars)) {
+    if (instruction_set.empty() || instruction_set == v->instruction_set) return v;
+  }
+  throw std::invalid_argument(fmt::format("instruction set '{}' for {} cars: this processor has {}", instruction_set, cars,
+                                          fmt::join(ExtendedModel::instruction_sets(cars), ", ")));
 }
 
 }  // namespace
 
-ExtendedModel::ExtendedModel(const inputs::Scenario& scenario)
+std::vector<std::string> ExtendedModel::instruction_sets(Eigen::Index cars) {
+  std::vector<std::string> names;
+  for (const ExtendedKernels* v : versions(cars)) names.push_back(v->instruction_set);
+  return names;
+}
+
+ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string& instruction_set)
     : TrainModel(scenario),
       rails_(scenario.rails),
       brakes_(scenario.brakes),
@@ -45,7 +65,7 @@ ExtendedModel::ExtendedModel(const inputs::Scenario& scenario)
       rails_on_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
       cos_limit_(std::cos(scenario.coupler.swing_limit)),
       cos_break_(scenario.coupler.break_swing < M_PI ? std::cos(scenario.coupler.break_swing) : -2.0),
-      kernels_(&best_kernels(car_count())),
+      kernels_(kernels_of(car_count(), instruction_set)),
       track_(scenario, -(train_length(scenario) + 100.0), reach_ahead(scenario)),
       past_pod_(cars_.size(), false),
       cause_(2 * cars_.size(), Cause::none),
@@ -281,8 +301,14 @@ void ExtendedModel::leave_rails(double t, double h, double* y) {
   const bool yields = kernels_->overload(arrays(), h, overloaded_.data());
   kernels_->places(arrays(), y, px_.data(), py_.data());
   // Most steps nothing happens: find that out for all trucks together.
-  const bool anything = yields || !track_.straight() ||
-                        (on_track_ > 0.5 && ((arc_ < 0.0 && px_ >= 0.0) || (px_ >= track_.torn_from() && px_ <= track_.torn_to()))).any();
+  int places = 0;
+  const double *held = on_track_.data(), *x = px_.data(), *arc = arc_.data();
+  const double from = track_.torn_from(), to = track_.torn_to();
+#pragma omp simd reduction(| : places)
+  for (Eigen::Index i = 0; i < 2 * n; ++i) {
+    places |= int(held[i] > 0.5) & ((int(arc[i] < 0.0) & int(x[i] >= 0.0)) | (int(x[i] >= from) & int(x[i] <= to)));
+  }
+  const bool anything = yields || !track_.straight() || places != 0;
   bool left = false;
   if (anything) {
     for (Eigen::Index i = 0; i < 2 * n; ++i) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "train_derail/model/track.hpp"
@@ -18,8 +19,14 @@ struct ExtendedKernels;
 
 class ExtendedModel final : public TrainModel {
  public:
-  /// The scenario must be valid (inputs::validate).
-  explicit ExtendedModel(const inputs::Scenario& scenario);
+  /// The scenario must be valid (inputs::validate). Throws std::invalid_argument unless `instruction_set` is one of
+  /// instruction_sets(); by default the first of them.
+  explicit ExtendedModel(const inputs::Scenario& scenario, const std::string& instruction_set = "");
+
+  /// Versions of the loops over cars that this processor can run on a train of that length, fastest first: of "avx512", "avx2",
+  /// "plain". They agree to rounding.
+  static std::vector<std::string> instruction_sets(Eigen::Index cars);
+
   ~ExtendedModel() override;
 
   StateVector initial_state() const override;

@@ -1,0 +1,8 @@
+#include "model/extended_kernels_impl.hpp"
+#include "model/wide_trigonometry.hpp"
+
+namespace train_derail::model {
+
+const ExtendedKernels kExtendedAvx512 = extended_kernels<Wide>("avx512");
+
+}  // namespace train_derail::model
