@@ -14,6 +14,7 @@
 #include "train_derail/model/draft_gear_law.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
+#include "wide.hpp"
 
 namespace train_derail::model {
 
@@ -28,6 +29,18 @@ double train_length(const inputs::Scenario& s) {
 /// How far ahead of the point of derailment the table of the track reaches [m].
 double reach_ahead(const inputs::Scenario& s) {
   return std::min(100.0 + train_length(s) + s.initial.speed * s.stop.time_max, 6000.0);
+}
+
+/// Whether a truck that the rails hold has come from before the point of derailment to past it, or stands where track may be torn.
+TRAIN_DERAIL_WIDE bool any_on_bad_track(Eigen::Index n, const double* held, const double* before, const double* x, double from,
+                                        double to) {
+  double found = 0.0;
+#pragma omp simd reduction(+ : found)
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double passes = before[i] < 0.0 && x[i] >= 0.0 ? 1.0 : 0.0, torn = x[i] >= from && x[i] <= to ? 1.0 : 0.0;
+    found += held[i] * (passes + torn);
+  }
+  return found > 0.0;
 }
 
 /// Those that this processor can run and that suit the length of the train, fastest first.
@@ -170,11 +183,10 @@ void ExtendedModel::start(const double* y) {
       incidents_.derailments.push_back({0.0, car_of(i), i < car_count(), Cause::pod, px_[i], py_[i]});
     }
   }
-  locate(y);
+  locate();
 }
 
-void ExtendedModel::locate(const double* y) {
-  kernels_->places(arrays(), y, px_.data(), py_.data());
+void ExtendedModel::locate() {
   const Eigen::Index trucks = px_.size();
   if (track_.straight()) {
     arc_ = px_;
@@ -188,11 +200,7 @@ void ExtendedModel::locate(const double* y) {
       offset_[i] = (py_[i] - node.point.y()) * node.tangent.x() - (px_[i] - node.point.x()) * node.tangent.y();
     }
   }
-  if (rails_on_ && !track_.aligned()) {
-    const double *s = arc_.data(), *held = on_track_.data();
-    double* offset = offset_.data();
-    for (Eigen::Index i = 0; i < trucks; ++i) offset[i] -= held[i] * track_.alignment(s[i]);
-  }
+  if (rails_on_ && !track_.aligned()) track_.subtract_alignment(trucks, arc_.data(), on_track_.data(), offset_.data());
   if (!patches_.empty()) {
     for (Eigen::Index i = 0; i < trucks; ++i) patch_[i] = patch_factor(patches_, px_[i], py_[i]);
   }
@@ -257,9 +265,10 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
 
   turned_ = motion(y, n).col(THETA) - motion(before, n).col(THETA);
   kernels_->turn(arrays(), turned_.data());
+  kernels_->places(arrays(), y, px_.data(), py_.data());
   pass_pod(y);
   if (rails_on_) leave_rails(t + h, h, y);
-  locate(y);
+  locate();
   work(y, n)[WORK_ON_TRACK] = spent_.work_on_track;
   work(y, n)[WORK_OFF_TRACK] = spent_.work_off_track;
 }
@@ -299,16 +308,9 @@ void ExtendedModel::break_where_overloaded(double t, const double* before) {
 void ExtendedModel::leave_rails(double t, double h, double* y) {
   const Eigen::Index n = car_count();
   const bool yields = kernels_->overload(arrays(), h, overloaded_.data());
-  kernels_->places(arrays(), y, px_.data(), py_.data());
   // Most steps nothing happens: find that out for all trucks together.
-  int places = 0;
-  const double *held = on_track_.data(), *x = px_.data(), *arc = arc_.data();
-  const double from = track_.torn_from(), to = track_.torn_to();
-#pragma omp simd reduction(| : places)
-  for (Eigen::Index i = 0; i < 2 * n; ++i) {
-    places |= int(held[i] > 0.5) & ((int(arc[i] < 0.0) & int(x[i] >= 0.0)) | (int(x[i] >= from) & int(x[i] <= to)));
-  }
-  const bool anything = yields || !track_.straight() || places != 0;
+  const bool anything = yields || !track_.straight() ||
+                        any_on_bad_track(2 * n, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
   bool left = false;
   if (anything) {
     for (Eigen::Index i = 0; i < 2 * n; ++i) {

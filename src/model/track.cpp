@@ -6,6 +6,8 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 
+#include "wide.hpp"
+
 namespace train_derail::model {
 
 namespace {
@@ -20,7 +22,24 @@ double heading(const std::vector<inputs::Curve>& curves, double s) {
   return angle;
 }
 
+/// `table`: values at the ends of bins; `last`: the last bin.
+TRAIN_DERAIL_WIDE void subtract_interpolated(std::ptrdiff_t n, const double* table, double s_min, double per_bin, double last,
+                                             const double* s, const double* held, double* offset) {
+#pragma omp simd
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    double b = (s[i] - s_min) * per_bin;
+    b = b < 0.0 ? 0.0 : b;
+    b = b > last ? last : b;
+    const int j = static_cast<int>(b);
+    offset[i] -= held[i] * (table[j] + (b - j) * (table[j + 1] - table[j]));
+  }
+}
+
 }  // namespace
+
+void Track::subtract_alignment(std::ptrdiff_t n, const double* s, const double* held, double* offset) const {
+  subtract_interpolated(n, alignment_.data(), s_min_, 1.0 / kBin, last_bin_, s, held, offset);
+}
 
 Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
   for (const inputs::Curve& c : scenario.track.curves) {

@@ -5,12 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
-// The compiler vectorises these loops once for each of the instruction sets; the processor at hand chooses among them.
-#ifdef TRAIN_DERAIL_X86
-#define TRAIN_DERAIL_WIDE [[gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
-#else
-#define TRAIN_DERAIL_WIDE
-#endif
+#include "wide.hpp"
 
 namespace train_derail::solver {
 

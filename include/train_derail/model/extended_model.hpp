@@ -57,8 +57,8 @@ class ExtendedModel final : public TrainModel {
   bool on_rails(Eigen::Index truck) const { return cause_[static_cast<std::size_t>(truck)] == Cause::none; }
 
   ExtendedArrays arrays();
-  /// Where trucks are on the track, after the state has changed.
-  void locate(const double* y);
+  /// Where trucks are on the track, from their places in px_, py_.
+  void locate();
   void break_where_overloaded(double t, const double* before);
   void note_forces(double t, double h);
   void leave_rails(double t, double h, double* y);

@@ -39,6 +39,9 @@ class Track {
     return table[0] + (b - static_cast<double>(i)) * (table[1] - table[0]);
   }
 
+  /// offset[i] -= held[i] * alignment(s[i]), for n places at once.
+  void subtract_alignment(std::ptrdiff_t n, const double* s, const double* held, double* offset) const;
+
   bool torn(double s) const {
     if (torn_.empty()) return false;
     const double b = s * per_torn_bin_ + torn_behind_;

@@ -1,0 +1,8 @@
+// For loops that the compiler is to vectorise once for each of the instruction sets; the processor at hand chooses among them.
+#pragma once
+
+#ifdef TRAIN_DERAIL_X86
+#define TRAIN_DERAIL_WIDE [[gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
+#else
+#define TRAIN_DERAIL_WIDE
+#endif
