@@ -16,8 +16,8 @@ COLUMNS = (
     'cars_from_pod_to_rear',
     'cars_derailed',
     'predicted_mean',
-    'predicted_q05',
-    'predicted_q95',
+    'predicted_low',
+    'predicted_high',
 )
 FITS = ('straight_line', 'linear', 'log_log')
 BAND = {'facecolor': '0.85', 'edgecolor': 'none'}
@@ -61,8 +61,8 @@ def _detail(summary):
 
 
 def _points(ax, x, rows, **options):
-    """Mean with the 5-95 % interval; open where the real count lies outside."""
-    mean, low, high = (rows[f'predicted_{c}'] for c in ('mean', 'q05', 'q95'))
+    """Mean with the 90 % interval; open where the real count lies outside."""
+    mean, low, high = (rows[f'predicted_{c}'] for c in ('mean', 'low', 'high'))
     outside = (rows['cars_derailed'] < low) | (rows['cars_derailed'] > high)
     ax.vlines(x, low, high, color='0.6', linewidth=0.7, **options)
     for i, which in enumerate((~outside, outside)):
@@ -84,7 +84,7 @@ def _point_legend():
                label='real count within'),
         Line2D([], [], linestyle='none', marker=outside['marker'], color=outside['color'],
                markerfacecolor='white', label='real count outside'),
-        Line2D([], [], color='0.6', linewidth=0.7, label='5\N{EN DASH}95 % of the members'),
+        Line2D([], [], color='0.6', linewidth=0.7, label='90 % interval of the members'),
     ]
 
 
@@ -92,7 +92,7 @@ def against_real(summary, rows):
     """Predicted mean and interval over the real count; on the diagonal they agree."""
     figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 3.5)
     real = rows['cars_derailed']
-    end = 1.05 * max(real.max(), rows['predicted_q95'].max())
+    end = 1.05 * max(real.max(), rows['predicted_high'].max())
     ax.plot([0.0, end], [0.0, end], color='black', linewidth=0.8)
     # Equal counts lie side by side instead of on each other.
     place = {}
@@ -125,8 +125,8 @@ def over_speed(summary, rows):
         if start == 10.0:
             inside |= speed == start
         edges.append((start, end))
-        low.append(rows['predicted_q05'][inside].mean())
-        high.append(rows['predicted_q95'][inside].mean())
+        low.append(rows['predicted_low'][inside].mean())
+        high.append(rows['predicted_high'][inside].mean())
         mean.append(rows['predicted_mean'][inside].mean())
     look = style.series(1)
     for (start, end), a, b, m in zip(edges, low, high, mean):
@@ -145,7 +145,7 @@ def over_speed(summary, rows):
         Line2D([], [], linestyle='none', marker='D', markersize=6, markerfacecolor='none',
                color='black', label='real, mean'),
         Line2D([], [], color=look['color'], linewidth=1.6, label='predicted, mean'),
-        Patch(**BAND, label='predicted, mean 5\N{EN DASH}95 % interval'),
+        Patch(**BAND, label='predicted, 90 % interval, mean of its ends'),
     ]
     style.legend(figure, handles, 4)
     style.heading(figure, 'cars derailed over speed', _detail(summary))

@@ -61,6 +61,22 @@ Spread spread(std::vector<double> sample) {
   return s;
 }
 
+PredictiveRanks predictive_ranks(std::size_t n, double share) {
+  if (n == 0) return {0, 0, kNone};
+  const double all = static_cast<double>(n) + 1.0, beyond = 0.5 * (1.0 - share) * all;
+  constexpr double kRounding = 1e-9;  // 20 * 0.05 is rank 1, not a little less
+  const auto low = static_cast<std::size_t>(std::max(std::floor(beyond + kRounding), 1.0));
+  const std::size_t high = n + 1 - low;
+  return {low, high, static_cast<double>(high - low) / all};
+}
+
+Interval predictive_interval(std::vector<double> sample, double share) {
+  if (sample.empty()) return {kNone, kNone};
+  const PredictiveRanks ranks = predictive_ranks(sample.size(), share);
+  std::sort(sample.begin(), sample.end());
+  return {sample[ranks.low - 1], sample[ranks.high - 1]};
+}
+
 std::vector<SobolIndex> sobol_indices(const std::vector<double>& a, const std::vector<double>& b,
                                       const std::vector<std::vector<double>>& ab, int bootstraps) {
   std::vector<std::size_t> all(a.size());

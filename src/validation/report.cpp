@@ -20,6 +20,16 @@ std::string number(double value, const char* format) {
 /// Empty where there is none.
 std::string field(double value) { return std::isnan(value) ? "" : fmt::format("{}", value); }
 
+study::PredictiveRanks ranks_of(const Validation& v) {
+  return study::predictive_ranks(static_cast<std::size_t>(v.members), kIntervalShare);
+}
+
+std::string interval_text(const Validation& v) {
+  const study::PredictiveRanks r = ranks_of(v);
+  return fmt::format("90 % interval: from member {} to member {} of {}, sorted; holds {:.0f} % of counts that are drawn as the members are",
+                     r.low, r.high, v.members, 100.0 * r.held);
+}
+
 std::string title(const Rated& r) {
   if (r.name == "simulation") return "simulation, mean of the members";
   if (r.name == "stretched") return "  its interval stretched to hold 90 %";
@@ -77,10 +87,10 @@ ordered_json to_json(const Group& g) {
 std::string to_table(const Validation& v) {
   std::string text = fmt::format("{} accidents, {} members each{}\n", v.accidents.rows.size(), v.members,
                                  v.failed > 0 ? fmt::format(", {} runs failed", v.failed) : "");
-  if (v.members < 20) text += "With fewer than 20 members the 5-95 % interval is little more than the range of the members.\n";
+  text += interval_text(v) + "\n";
   for (const Group& g : v.groups) {
     text += fmt::format("\n{} ({} rows)\n    {:<42}{:>8}{:>9}{:>9}{:>9}{:>10}{:>8}\n", g.name, g.rows, "", "MAE", "bias", "RMSE", "R2",
-                        "in 5-95 %", "width");
+                        "in 90 %", "width");
     for (const Rated& r : g.rated) {
       text += fmt::format("    {:<42}{:>8}{:>9}{:>9}{:>9}{:>10}{:>8}\n", title(r), number(r.score.mean_absolute_error, "{:.2f}"),
                           number(r.score.bias, "{:+.2f}"), number(r.score.root_mean_square_error, "{:.2f}"),
@@ -101,12 +111,13 @@ std::string to_table(const Validation& v) {
 }
 
 std::string to_json(const Validation& v) {
+  const study::PredictiveRanks ranks = ranks_of(v);
   ordered_json j{{"table", v.accidents.path},
                  {"study", v.study.title},
                  {"rows", v.accidents.rows.size()},
                  {"members", v.members},
                  {"failed", v.failed},
-                 {"interval", {0.05, 0.95}},
+                 {"interval", {{"wanted", kIntervalShare}, {"low_rank", ranks.low}, {"high_rank", ranks.high}, {"held_by_ranks", ranks.held}}},
                  {"stretched_by", v.stretched.factor}};
   for (const Group& g : v.groups) j["groups"].push_back(to_json(g));
   return j.dump(2, ' ', false, ordered_json::error_handler_t::replace);
@@ -115,7 +126,7 @@ std::string to_json(const Validation& v) {
 std::string rows_csv(const Validation& v) {
   std::string text = "line";
   for (const std::string& column : v.accidents.columns) text += "," + study::quoted(column);
-  text += ",predicted_mean,predicted_sd,predicted_q05,predicted_median,predicted_q95,predicted_members,stretched_low,stretched_high";
+  text += ",predicted_mean,predicted_sd,predicted_low,predicted_median,predicted_high,predicted_members,stretched_low,stretched_high";
   for (const Fit& f : v.fits) text += fmt::format(",{0},{0}_left_out", to_string(f.kind));
   text += "\n";
   for (std::size_t i = 0; i < v.accidents.rows.size(); ++i) {
@@ -123,7 +134,7 @@ std::string rows_csv(const Validation& v) {
     const study::Spread& p = v.predicted[i];
     text += fmt::format("{}", a.line);
     for (const std::string& value : a.fields) text += "," + study::quoted(value);
-    for (const double value : {p.mean, p.sd, p.q05, p.median, p.q95}) text += "," + field(value);
+    for (const double value : {p.mean, p.sd, v.intervals[i].low, p.median, v.intervals[i].high}) text += "," + field(value);
     text += fmt::format(",{},{},{}", p.count, field(v.stretched.low[i]), field(v.stretched.high[i]));
     for (const Fit& f : v.fits) text += "," + field(f.fitted[i]) + "," + field(f.left_out[i]);
     text += "\n";

@@ -39,8 +39,6 @@ struct Columns {
   std::vector<std::vector<double>> counts;
 };
 
-constexpr double kWanted = 0.9;  // share that an interval from 5 to 95 % is to hold
-
 Columns columns(const Validation& v, const std::function<bool(const Accident&)>& wanted) {
   Columns c;
   for (std::size_t i = 0; i < v.accidents.rows.size(); ++i) {
@@ -51,9 +49,9 @@ Columns columns(const Validation& v, const std::function<bool(const Accident&)>&
     c.inputs.tons.push_back(a.tons_per_car);
     c.real.push_back(a.cars_derailed);
     c.mean.push_back(v.predicted[i].mean);
-    c.low.push_back(v.predicted[i].q05);
+    c.low.push_back(v.intervals[i].low);
     c.median.push_back(v.predicted[i].median);
-    c.high.push_back(v.predicted[i].q95);
+    c.high.push_back(v.intervals[i].high);
     c.counts.push_back(v.counts[i]);
   }
   return c;
@@ -64,7 +62,7 @@ Group group(const std::string& name, const Columns& c) {
   g.name = name;
   g.rows = c.real.size();
   g.rated.push_back({"simulation", "none", score(c.real, c.mean), coverage(c.real, c.low, c.high)});
-  g.rated.push_back({"stretched", "the others", score(c.real, c.mean), stretch(c.real, c.low, c.median, c.high, kWanted).held_out});
+  g.rated.push_back({"stretched", "the others", score(c.real, c.mean), stretch(c.real, c.low, c.median, c.high, kIntervalShare).held_out});
   g.rated.push_back({"best_member", "the others", score(c.real, best_of_the_others(c.real, c.counts)), {}});
   for (const FitKind kind : kFitKinds) {
     const Fit& f = g.fits.emplace_back(fit(kind, c.inputs, c.real));
@@ -145,7 +143,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
 }
 
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
-  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}};
+  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}};
   std::vector<std::vector<double>> counts(accidents.rows.size());
   v.counts.assign(accidents.rows.size(), std::vector<double>(static_cast<std::size_t>(v.members), std::nan("")));
   for (const Member& m : ensembles.members) {
@@ -153,7 +151,10 @@ Validation evaluate(const study::Study& study, const AccidentTable& accidents, c
     counts[m.row].push_back(m.derailed.cars);
     v.counts[m.row][static_cast<std::size_t>(m.member)] = m.derailed.cars;
   }
-  for (std::vector<double>& sample : counts) v.predicted.push_back(study::spread(std::move(sample)));
+  for (std::vector<double>& sample : counts) {
+    v.intervals.push_back(study::predictive_interval(sample, kIntervalShare));
+    v.predicted.push_back(study::spread(std::move(sample)));
+  }
 
   constexpr double kFast = 10.0;  // mph
   constexpr int kLongTail = 60;
@@ -167,7 +168,7 @@ Validation evaluate(const study::Study& study, const AccidentTable& accidents, c
   add("10 mph or more, tail of 60 cars or more",
       [](const Accident& a) { return a.speed_mph >= kFast && a.cars_from_pod_to_rear >= kLongTail; });
   const Columns all = columns(v, [](const Accident&) { return true; });
-  v.stretched = stretch(all.real, all.low, all.median, all.high, kWanted);
+  v.stretched = stretch(all.real, all.low, all.median, all.high, kIntervalShare);
   v.fits = v.groups.empty() ? std::vector<Fit>{} : v.groups.front().fits;
   return v;
 }

@@ -15,6 +15,8 @@
 #include <string>
 #include <thread>
 
+#include <boost/random/exponential_distribution.hpp>
+#include <boost/random/mersenne_twister.hpp>
 #include <gtest/gtest.h>
 
 #include "fixtures.hpp"
@@ -302,6 +304,48 @@ TEST(Statistics, QuantilesOfAKnownSample) {
   EXPECT_DOUBLE_EQ(study::quantile({1.0, 2.0}, 0.25), 1.25);
   EXPECT_TRUE(std::isnan(study::spread({}).median));
   EXPECT_TRUE(std::isnan(study::spread({1.0}).sd));
+}
+
+// A real value drawn as the members are lies between their ranks as often as the header says, whatever the distribution.
+TEST(Statistics, PredictiveIntervalHoldsTheShareThatItsRanksSay) {
+  boost::random::mt19937_64 generator(5);
+  boost::random::exponential_distribution<double> draw(0.1);
+  for (const std::size_t n : {1, 5, 16, 19, 20, 39, 100}) {
+    const study::PredictiveRanks ranks = study::predictive_ranks(n, 0.9);
+    constexpr int kTrials = 40000;
+    int held = 0, between_quantiles = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      std::vector<double> members(n);
+      for (double& m : members) m = draw(generator);
+      const double real = draw(generator);
+      const study::Interval i = study::predictive_interval(members, 0.9);
+      const study::Spread s = study::spread(members);
+      held += i.low <= real && real <= i.high;
+      between_quantiles += s.q05 <= real && real <= s.q95;
+    }
+    EXPECT_NEAR(held / double{kTrials}, ranks.held, 4.0 * std::sqrt(0.25 / kTrials)) << n;
+    EXPECT_LE(between_quantiles, held) << n;
+    if (n == 19) {
+      EXPECT_LT(between_quantiles / double{kTrials}, 0.85);
+    }
+  }
+}
+
+TEST(Statistics, PredictiveRanks) {
+  const auto expect = [](std::size_t n, std::size_t low, std::size_t high, double held) {
+    const study::PredictiveRanks r = study::predictive_ranks(n, 0.9);
+    EXPECT_EQ(r.low, low) << n;
+    EXPECT_EQ(r.high, high) << n;
+    EXPECT_DOUBLE_EQ(r.held, held) << n;
+  };
+  expect(1, 1, 1, 0.0);
+  expect(16, 1, 16, 15.0 / 17.0);
+  expect(19, 1, 19, 0.9);
+  expect(20, 1, 20, 19.0 / 21.0);  // outwards
+  expect(39, 2, 38, 0.9);
+  expect(99, 5, 95, 0.9);
+  EXPECT_TRUE(std::isnan(study::predictive_interval({}, 0.9).low));
+  EXPECT_EQ(study::predictive_interval({7.0, 3.0, 5.0}, 0.9).low, 3.0);
 }
 
 // Ishigami's function, whose indices are known: S = (0.3139, 0.4424, 0), ST = (0.5576, 0.4424, 0.2437).

@@ -478,7 +478,9 @@ TEST_F(Validate, EvaluatesWhatTheMembersSay) {
   const validation::Validation v = validation::evaluate(s, t, e);
   EXPECT_DOUBLE_EQ(v.predicted[0].mean, 4.0);
   EXPECT_DOUBLE_EQ(v.predicted[0].median, 3.0);
-  EXPECT_DOUBLE_EQ(v.predicted[0].q05, 2.1);
+  EXPECT_DOUBLE_EQ(v.intervals[0].low, 2.0);  // three members: their range
+  EXPECT_DOUBLE_EQ(v.intervals[0].high, 7.0);
+  EXPECT_DOUBLE_EQ(v.intervals[2].high, 9.0);
   EXPECT_DOUBLE_EQ(v.predicted[2].mean, 5.0);
   EXPECT_EQ(v.predicted[2].count, 2u);
   ASSERT_EQ(v.groups.size(), 2u);  // all are faster than 10 mph, none has a long tail
@@ -491,9 +493,12 @@ TEST_F(Validate, EvaluatesWhatTheMembersSay) {
   const auto j = nlohmann::json::parse(validation::to_json(v));
   EXPECT_EQ(j.at("rows"), 3);
   EXPECT_EQ(j.at("failed"), 1);
+  EXPECT_EQ(j.at("interval").at("high_rank"), 3);
+  EXPECT_EQ(j.at("interval").at("held_by_ranks"), 0.5);
   EXPECT_EQ(j.at("groups").at(0).at("scores").at(0).at("mean_absolute_error"), 1.0 / 3.0);
   EXPECT_TRUE(j.at("groups").at(0).at("fits").at(1).at("coefficients").empty());  // three rows, four coefficients
   EXPECT_NE(validation::to_table(v).find("1 runs failed"), std::string::npos);
+  EXPECT_NE(validation::to_table(v).find("from member 1 to member 3 of 3, sorted; holds 50 %"), std::string::npos);
 }
 
 TEST_F(Validate, TheCommandLeavesTablesAndScores) {

@@ -76,8 +76,8 @@ class PlotValidateTest(PlotTest):
         drawn = np.sort(np.concatenate([line.get_ydata() for line in ax.lines[1:]]))
         np.testing.assert_allclose(drawn, np.sort(rows['predicted_mean']))
         ends = np.array(ax.collections[0].get_segments())[:, :, 1]
-        np.testing.assert_allclose(ends[:, 0], rows['predicted_q05'])
-        np.testing.assert_allclose(ends[:, 1], rows['predicted_q95'])
+        np.testing.assert_allclose(ends[:, 0], rows['predicted_low'])
+        np.testing.assert_allclose(ends[:, 1], rows['predicted_high'])
 
         ax = validation.over_speed(summary, rows).axes[0]
         bands = summary['groups'][0]['speeds']

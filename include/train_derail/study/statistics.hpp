@@ -16,6 +16,21 @@ struct Spread {
 double quantile(const std::vector<double>& sorted, double p);
 Spread spread(std::vector<double> sample);
 
+/// Between two members of a sample of n, sorted: the low_rank-th and the high_rank-th.
+struct PredictiveRanks {
+  std::size_t low = 0, high = 0;  // from 1
+  double held = 0.0;              // share of the intervals that hold one more draw: (high - low) / (n + 1)
+};
+/// One more draw is as likely to fall into any of the n + 1 gaps between and beyond n members drawn with it. So the interval that is to
+/// hold the middle `share` ends at ranks (n + 1) (1 -+ share) / 2, outwards, at most 1 and n: it holds `share` or more where n is
+/// enough (19 for 90 %), else (n - 1) / (n + 1). Quantiles that interpolate lie further in: they hold less than their name says.
+PredictiveRanks predictive_ranks(std::size_t n, double share);
+
+struct Interval {
+  double low = 0.0, high = 0.0;  // NaN if there is no sample
+};
+Interval predictive_interval(std::vector<double> sample, double share);
+
 /// Variance-based sensitivity of one output to one input, with 95 % bootstrap intervals.
 /// First order by Saltelli et al. (2010), total by Jansen (1999).
 struct SobolIndex {

@@ -17,6 +17,9 @@
 
 namespace train_derail::validation {
 
+/// Share of the real counts that an interval is to hold.
+inline constexpr double kIntervalShare = 0.9;
+
 /// The same study without its factors: members differ by their seed alone, as many as before.
 study::Study seeds_only(study::Study study);
 
@@ -51,7 +54,7 @@ struct Rated {
   std::string name;  // "simulation", "stretched" or "best_member" of it (scores.hpp), or that of a fit
   std::string rows;  // that it was made from: "none", "these", "the others" (leave one out)
   Score score;
-  std::optional<Coverage> coverage;  // of the 5-95 % interval
+  std::optional<Coverage> coverage;  // of the 90 % interval
 };
 
 /// Rows that are scored together; fits are made from these rows.
@@ -69,8 +72,9 @@ struct Validation {
   study::Study study;
   std::int64_t members = 0, failed = 0;
   std::vector<study::Spread> predicted;  // row by row, derailed cars; count: members that did not fail
+  std::vector<study::Interval> intervals;   // row by row, study::predictive_interval of kIntervalShare
   std::vector<std::vector<double>> counts;  // row by row, member by member; NaN if it failed
-  Stretched stretched;                   // 5-95 % intervals, from all rows
+  Stretched stretched;                   // 90 % intervals, from all rows
   std::vector<Fit> fits;                 // from all rows
   std::vector<Group> groups;             // with at least one row
 };
