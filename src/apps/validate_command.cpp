@@ -26,6 +26,7 @@ constexpr int kInputWrong = 2;
 struct Arguments {
   std::string table, study, out, min_speed;
   std::vector<std::string> set;
+  double spread = 1.0;
   int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as the study says
   bool seeds_only = false, quiet = false;
 };
@@ -39,6 +40,7 @@ study::Study read_study(const Arguments& a) {
     study.replicates = 1;
   }
   validation::members_a_row(study);
+  if (a.spread != 1.0) study = study::widened(std::move(study), a.spread);
   return a.seeds_only ? validation::seeds_only(study) : study;
 }
 
@@ -127,6 +129,7 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   sub->add_option("--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
   sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")->allow_extra_args(false);
   sub->add_option("--members", a.members, "Runs a row, instead of what the study says")->check(CLI::Range(1, 100000));
+  sub->add_option("--spread", a.spread, "Half-widths of the inputs' ranges times this, about their middles")->check(CLI::Range(0.01, 100.0));
   sub->add_flag("--seeds-only", a.seeds_only, "Inputs stay at the base scenario's; members differ by their seed alone");
   sub->add_option("--min-speed", a.min_speed, "Only rows of this speed or more, as in \"10 mph\"");
   sub->add_option("--min-tail", a.min_tail, "Only rows with at least so many cars from the first derailed one to the rear")

@@ -179,6 +179,23 @@ Study read_study_text(const std::string& text, const std::string& path) {
   return read_study(inputs::load_text(text, path), path, {});
 }
 
+Study widened(Study study, double factor) {
+  for (Factor& f : study.factors) {
+    if (f.distribution == Distribution::log_uniform) {
+      const double middle = std::sqrt(f.low * f.high), half = std::pow(f.high / middle, factor);
+      f.low = middle / half;
+      f.high = middle * half;
+    } else {
+      const double middle = 0.5 * (f.low + f.high), half = factor * 0.5 * (f.high - f.low);
+      const bool positive = f.low > 0.0;
+      f.low = positive ? std::max(middle - half, 0.05 * middle) : middle - half;
+      f.high = middle + half;
+    }
+    for (const double end : {f.low, f.high}) inputs::with_values(study.base, {{f.key, fmt::format("{}", end)}});
+  }
+  return study;
+}
+
 std::string to_json(const Study& s) {
   nlohmann::ordered_json j;
   j["title"] = s.title;

@@ -331,6 +331,25 @@ TEST(Statistics, PredictiveIntervalHoldsTheShareThatItsRanksSay) {
   }
 }
 
+TEST_F(StudyTest, WidenedAboutTheMiddlesOfTheRanges) {
+  write("ranges.yaml",
+        "scenario: scenario.yaml\nplan: latin_hypercube\nsamples: 4\nfactors:\n"
+        "  - {key: ground.on_track_friction, low: 0.3, high: 0.5}\n"
+        "  - {key: coupler.stiffness, distribution: log_uniform, low: 2e6, high: 8e6}\n"
+        "  - {key: ground.off_track_friction, low: 0.1, high: 0.7}\n");
+  const study::Study s = read("ranges.yaml");
+  const auto range = [](const study::Study& w, std::size_t i) { return std::make_pair(w.factors[i].low, w.factors[i].high); };
+  const study::Study w = study::widened(s, 2.0);
+  EXPECT_EQ(range(study::widened(s, 1.0), 1), range(s, 1));
+  EXPECT_NEAR(range(w, 0).first, 0.2, 1e-12);    // 0.3 to 0.5
+  EXPECT_NEAR(range(w, 0).second, 0.6, 1e-12);
+  EXPECT_NEAR(range(w, 1).first, 1e6, 1e-6);     // log, 2e6 to 8e6
+  EXPECT_NEAR(range(w, 1).second, 16e6, 1e-6);
+  EXPECT_NEAR(range(w, 2).first, 0.02, 1e-12);   // 0.1 to 0.7: not below a twentieth of 0.4
+  EXPECT_NEAR(range(w, 2).second, 1.0, 1e-12);
+  EXPECT_THROW(study::widened(s, 40.0), inputs::InputError);  // friction above 10
+}
+
 TEST(Statistics, PredictiveRanks) {
   const auto expect = [](std::size_t n, std::size_t low, std::size_t high, double held) {
     const study::PredictiveRanks r = study::predictive_ranks(n, 0.9);

@@ -347,7 +347,7 @@ TEST_F(Validate, TheExampleShipped) {
   const validation::AccidentTable t = validation::read_accidents(kSource + "/config/accidents/example.csv");
   EXPECT_EQ(t.rows.size(), 10u);
   const study::Study s = study::read_study_file(kSource + "/config/studies/accident_validation.yaml");
-  EXPECT_EQ(validation::members_a_row(s), 16);
+  EXPECT_EQ(validation::members_a_row(s), 19);
   for (const Accident& a : t.rows) EXPECT_NO_THROW(inputs::validate(validation::scenario_of(s.base, a))) << a.line;
 }
 

@@ -50,6 +50,11 @@ Study read_study_file(const std::string& path, const std::vector<inputs::Overrid
 /// The same from the file's text; `path` names it in errors and is what a relative `scenario` starts from.
 Study read_study_text(const std::string& text, const std::string& path);
 
+/// The same study with the half-width of every range times `factor`, about the range's middle (of log_uniform: the geometric
+/// one). A quantity whose range is above 0 stays above a twentieth of its middle. For the random plans. Throws inputs::InputError:
+/// an end of a range is not allowed for its key.
+Study widened(Study study, double factor);
+
 /// One value a factor (SI as text), in the order of Study::factors.
 struct Point {
   std::vector<std::string> values;
