@@ -15,7 +15,7 @@ COLUMNS = (
     'speed_mph',
     'cars_from_pod_to_rear',
     'cars_derailed',
-    'predicted_mean',
+    'predicted_median',
     'predicted_low',
     'predicted_high',
 )
@@ -31,7 +31,7 @@ def read_rows(folder):
     try:
         with open(path, encoding='utf-8', newline='') as file:
             for row in csv.DictReader(file):
-                if row['predicted_mean'] == '':
+                if row['predicted_median'] == '':
                     continue
                 fits = [float(row[f'{name}_left_out'] or 'nan') for name in FITS]
                 rows.append([float(row[c]) for c in COLUMNS] + fits)
@@ -61,15 +61,15 @@ def _detail(summary):
 
 
 def _points(ax, x, rows, **options):
-    """Mean with the 90 % interval; open where the real count lies outside."""
-    mean, low, high = (rows[f'predicted_{c}'] for c in ('mean', 'low', 'high'))
+    """Median with the 90 % interval; open where the real count lies outside."""
+    median, low, high = (rows[f'predicted_{c}'] for c in ('median', 'low', 'high'))
     outside = (rows['cars_derailed'] < low) | (rows['cars_derailed'] > high)
     ax.vlines(x, low, high, color='0.6', linewidth=0.7, **options)
     for i, which in enumerate((~outside, outside)):
         look = style.series(i)
         ax.plot(
             x[which],
-            mean[which],
+            median[which],
             look['marker'],
             color=look['color'],
             markerfacecolor=look['color'] if i == 0 else 'white',
@@ -89,7 +89,7 @@ def _point_legend():
 
 
 def against_real(summary, rows):
-    """Predicted mean and interval over the real count; on the diagonal they agree."""
+    """Predicted median and interval over the real count; on the diagonal they agree."""
     figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 3.5)
     real = rows['cars_derailed']
     end = 1.05 * max(real.max(), rows['predicted_high'].max())
@@ -127,7 +127,7 @@ def over_speed(summary, rows):
         edges.append((start, end))
         low.append(rows['predicted_low'][inside].mean())
         high.append(rows['predicted_high'][inside].mean())
-        mean.append(rows['predicted_mean'][inside].mean())
+        mean.append(rows['predicted_median'][inside].mean())
     look = style.series(1)
     for (start, end), a, b, m in zip(edges, low, high, mean):
         ax.fill_between([start, end], a, b, **BAND)
@@ -144,7 +144,7 @@ def over_speed(summary, rows):
         Line2D([], [], linestyle='none', marker='o', markersize=3, color=style.COLOURS[0], label='real'),
         Line2D([], [], linestyle='none', marker='D', markersize=6, markerfacecolor='none',
                color='black', label='real, mean'),
-        Line2D([], [], color=look['color'], linewidth=1.6, label='predicted, mean'),
+        Line2D([], [], color=look['color'], linewidth=1.6, label='predicted, mean of the medians'),
         Patch(**BAND, label='predicted, 90 % interval, mean of its ends'),
     ]
     style.legend(figure, handles, 4)
@@ -159,7 +159,7 @@ def error_over_tail(summary, rows):
     """
     figure, (ax,) = style.panels(1, 1, style.TWO_COLUMNS, 3.2)
     tail = rows['cars_from_pod_to_rear']
-    error = rows['predicted_mean'] - rows['cars_derailed']
+    error = rows['predicted_median'] - rows['cars_derailed']
     ax.axhline(0.0, color='black', linewidth=0.8)
     ax.plot(tail, error, linestyle='none', marker='o', markersize=2.4, color='0.55')
     edges = np.linspace(0.0, tail.max(), BINS + 1)

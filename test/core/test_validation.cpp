@@ -463,7 +463,7 @@ TEST_F(Validate, EvaluatesWhatTheMembersSay) {
   const study::Study s = study();
   const validation::AccidentTable t = table();
   validation::Ensembles e;
-  const int counts[3][3]{{2, 3, 7}, {2, 2, 2}, {1, 9, 5}};
+  const int counts[3][3]{{2, 4, 9}, {2, 2, 2}, {1, 9, 5}};
   for (std::size_t row = 0; row < 3; ++row) {
     for (int k = 0; k < 3; ++k) {
       validation::Member& m = e.members.emplace_back();
@@ -476,10 +476,10 @@ TEST_F(Validate, EvaluatesWhatTheMembersSay) {
   e.members.back().outcome.ended = outcome::Ended::integration_failed;  // the 5 does not count
   e.failed = 1;
   const validation::Validation v = validation::evaluate(s, t, e);
-  EXPECT_DOUBLE_EQ(v.predicted[0].mean, 4.0);
-  EXPECT_DOUBLE_EQ(v.predicted[0].median, 3.0);
+  EXPECT_DOUBLE_EQ(v.predicted[0].mean, 5.0);
+  EXPECT_DOUBLE_EQ(v.predicted[0].median, 4.0);
   EXPECT_DOUBLE_EQ(v.intervals[0].low, 2.0);  // three members: their range
-  EXPECT_DOUBLE_EQ(v.intervals[0].high, 7.0);
+  EXPECT_DOUBLE_EQ(v.intervals[0].high, 9.0);
   EXPECT_DOUBLE_EQ(v.intervals[2].high, 9.0);
   EXPECT_DOUBLE_EQ(v.predicted[2].mean, 5.0);
   EXPECT_EQ(v.predicted[2].count, 2u);
@@ -488,6 +488,7 @@ TEST_F(Validate, EvaluatesWhatTheMembersSay) {
   const validation::Rated& simulation = v.groups[0].rated[0];
   EXPECT_DOUBLE_EQ(simulation.score.mean_absolute_error, 1.0 / 3.0);  // 4 for 3, 2 for 2, 5 for 5
   EXPECT_DOUBLE_EQ(simulation.score.bias, 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(v.groups[0].rated[1].score.mean_absolute_error, 2.0 / 3.0);  // of the mean: 5 for 3
   ASSERT_TRUE(simulation.coverage);
   EXPECT_DOUBLE_EQ(simulation.coverage->share, 1.0);
   const auto j = nlohmann::json::parse(validation::to_json(v));

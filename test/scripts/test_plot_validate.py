@@ -74,7 +74,7 @@ class PlotValidateTest(PlotTest):
 
         ax = validation.against_real(summary, rows).axes[0]
         drawn = np.sort(np.concatenate([line.get_ydata() for line in ax.lines[1:]]))
-        np.testing.assert_allclose(drawn, np.sort(rows['predicted_mean']))
+        np.testing.assert_allclose(drawn, np.sort(rows['predicted_median']))
         ends = np.array(ax.collections[0].get_segments())[:, :, 1]
         np.testing.assert_allclose(ends[:, 0], rows['predicted_low'])
         np.testing.assert_allclose(ends[:, 1], rows['predicted_high'])
@@ -87,7 +87,7 @@ class PlotValidateTest(PlotTest):
 
         ax = validation.error_over_tail(summary, rows).axes[0]
         np.testing.assert_allclose(
-            ax.lines[1].get_ydata(), rows['predicted_mean'] - rows['cars_derailed']
+            ax.lines[1].get_ydata(), rows['predicted_median'] - rows['cars_derailed']
         )
 
     def test_what_is_wrong_is_named(self):

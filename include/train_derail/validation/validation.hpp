@@ -51,7 +51,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
 
 /// One way to predict, scored on a group of rows.
 struct Rated {
-  std::string name;  // "simulation", "stretched" or "best_member" of it (scores.hpp), or that of a fit
+  std::string name;  // "simulation" (median of its members), their "mean", "stretched" or "best_member" of it (scores.hpp), or that of a fit
   std::string rows;  // that it was made from: "none", "these", "the others" (leave one out)
   Score score;
   std::optional<Coverage> coverage;  // of the 90 % interval
