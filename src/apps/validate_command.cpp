@@ -28,7 +28,7 @@ struct Arguments {
   std::vector<std::string> set;
   double spread = 1.0;
   int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as the study says
-  bool seeds_only = false, quiet = false;
+  bool seeds_only = false, resume = false, quiet = false;
 };
 
 study::Study read_study(const Arguments& a) {
@@ -62,14 +62,6 @@ validation::AccidentTable read_table(const Arguments& a) {
   return table;
 }
 
-/// Made before the computing; a folder that holds a study stays whole.
-void claim(const std::string& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw std::runtime_error(folder + ": " + error.message());
-  if (fs::exists(fs::path(folder) / "study.json")) throw std::runtime_error(folder + ": holds the results of a study");
-}
-
 int validate(const Arguments& a) {
   validation::AccidentTable table;
   try {
@@ -82,25 +74,24 @@ int validate(const Arguments& a) {
   }
   const study::Study study = read_study(a);
   const std::string folder = a.out.empty() ? fs::path(a.table).stem().string() + ".validated" : a.out;
-  claim(folder);
   stop_on_signals();
   validation::Ensembles ensembles;
   {
     Progress progress(!a.quiet);
-    ensembles = validation::run(study, table, a.jobs, [&](const study::Progress& p) {
+    ensembles = validation::run(study, table, {folder, a.jobs, a.resume}, [&](const study::Progress& p) {
       progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
                       fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
                                   p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
     }, stop);
   }
   if (ensembles.stopped) {
-    std::cerr << "derail: stopped; nothing is written\n";
+    std::cerr << "derail: stopped; --resume goes on from here\n";
     return kInterrupted;
   }
   const validation::Validation v = validation::evaluate(study, table, ensembles);
   const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
   write_file(path("rows.csv"), validation::rows_csv(v));
-  write_file(path("members.csv"), validation::members_csv(study, table, ensembles));
+  write_file(path("members.csv"), validation::members_csv(study, ensembles));
   write_file(path("validation.json"), validation::to_json(v) + "\n");
   study::write_about(folder, study, static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.wall_time);
   if (ensembles.failed > 0) {
@@ -137,6 +128,7 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   sub->add_option("--every", a.every, "Only every so manyth row of the table")->check(CLI::Range(1, 1000000));
   sub->add_option("--out", a.out, "Folder of the results; default: the table's name with .validated");
   sub->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  sub->add_flag("--resume", a.resume, "Compute only what the folder lacks: after a kill or a stop");
   sub->add_flag("--quiet", a.quiet, "No progress and no table");
   sub->callback([&command, arguments] { command = [arguments] { return validate(*arguments); }; });
 }

@@ -8,8 +8,6 @@
 
 namespace train_derail::study {
 
-namespace {
-
 std::vector<std::string> fields_of(std::string line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
   std::vector<std::string> fields(1);
@@ -28,8 +26,6 @@ std::vector<std::string> fields_of(std::string line) {
   }
   return fields;
 }
-
-}  // namespace
 
 std::size_t Table::column(const std::string& name) const {
   const auto place = std::find(names.begin(), names.end(), name);

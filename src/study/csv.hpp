@@ -15,6 +15,9 @@ struct Table {
   std::size_t column(const std::string& name) const;
 };
 
+/// Of one line.
+std::vector<std::string> fields_of(std::string line);
+
 /// A field between double quotes; line ends become spaces.
 std::string quoted(const std::string& text);
 

@@ -111,18 +111,24 @@ std::string first_difference(const nlohmann::json& was, const nlohmann::json& is
   if (patch.empty()) return "";
   const nlohmann::json& change = patch.at(0);
   const nlohmann::json::json_pointer place(change.at("path").get<std::string>());
-  const auto at = [&](const nlohmann::json& j) { return j.contains(place) ? j.at(place).dump() : std::string("nothing"); };
+  const auto at = [&](const nlohmann::json& j) {
+    if (!j.contains(place)) return std::string("nothing");
+    constexpr std::size_t kLong = 120;
+    const std::string text = j.at(place).dump();
+    return text.size() > kLong ? text.substr(0, kLong) + "..." : text;
+  };
   return fmt::format("{}: was {}, is now {}", place.to_string().substr(1), at(was), at(is));
 }
 
 }  // namespace
 
-void claim_folder(const std::string& folder, const Study& study) {
+void claim_folder(const std::string& folder, const Study& study) { claim_folder(folder, to_json(study)); }
+
+void claim_folder(const std::string& folder, const std::string& now) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) fail(folder, error.message());
   const fs::path file = fs::path(folder) / "study.json";
-  const std::string now = to_json(study);
   if (!fs::exists(file)) {
     for (const auto& entry : fs::directory_iterator(folder)) {
       // Looked for again: another shard may have begun in the meantime.
@@ -140,7 +146,9 @@ void claim_folder(const std::string& folder, const Study& study) {
   if (!difference.empty()) fail(folder, "holds results of another study; " + difference);
 }
 
-Journal::Journal(const std::string& folder, const Study& study, const Shard& shard)
+Journal::Journal(const std::string& folder, const Study& study, const Shard& shard) : Journal(folder, header(study), shard) {}
+
+Journal::Journal(const std::string& folder, const std::string& columns, const Shard& shard)
     : path_((fs::path(folder) / journal_name(shard)).string()) {
   file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (file_ < 0) fail_errno(path_);
@@ -149,11 +157,11 @@ Journal::Journal(const std::string& folder, const Study& study, const Shard& sha
     fail(path_, "another process is writing it");
   }
   try {
-    const std::uintmax_t whole = read_rows(path_, header(study), [this](std::int64_t index, std::uintmax_t, const std::string&) {
+    const std::uintmax_t whole = read_rows(path_, columns, [this](std::int64_t index, std::uintmax_t, const std::string&) {
       finished_.push_back(index);
     });
     if (ftruncate(file_, static_cast<off_t>(whole)) != 0) fail_errno(path_);
-    if (whole == 0) write_all(file_, path_, header(study) + ",wall_time\n");
+    if (whole == 0) write_all(file_, path_, columns + ",wall_time\n");
   } catch (...) {
     close(file_);
     throw;
@@ -163,7 +171,19 @@ Journal::Journal(const std::string& folder, const Study& study, const Shard& sha
 Journal::~Journal() { close(file_); }
 
 void Journal::append(const Point& point, const Run& run, const outcome::Outcome& outcome) {
-  write_all(file_, path_, row(point, run, outcome) + fmt::format(",{}\n", outcome.wall_time));
+  append(row(point, run, outcome), outcome.wall_time);
+}
+
+void Journal::append(const std::string& row, double wall_time) { write_all(file_, path_, row + fmt::format(",{}\n", wall_time)); }
+
+void read_journals(const std::string& folder, const std::string& columns,
+                   const std::function<void(std::int64_t, const std::string&)>& use) {
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!is_journal(entry.path())) continue;
+    read_rows(entry.path(), columns, [&](std::int64_t index, std::uintmax_t, const std::string& line) {
+      use(index, line.substr(0, line.rfind(',')));
+    });
+  }
 }
 
 std::int64_t write_runs(const std::string& folder, const Study& study) {

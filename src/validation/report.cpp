@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -6,6 +8,7 @@
 #include "study/csv.hpp"
 #include "train_derail/outcome/quantities.hpp"
 #include "train_derail/validation/validation.hpp"
+#include "validation/member_text.hpp"
 
 namespace train_derail::validation {
 
@@ -143,20 +146,47 @@ std::string rows_csv(const Validation& v) {
   return text;
 }
 
-std::string members_csv(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
+std::string columns_of_members(const study::Study& study) {
   std::string text = "line,member,seed";
   for (const study::Factor& f : study.factors) text += "," + study::quoted(f.key);
   text += ",derailed_without_locomotives,derailed_locomotives";
   for (const auto& q : outcome::kQuantities) text += fmt::format(",{}", q.name);
-  text += ",ended,message\n";
-  const std::vector<study::Point> points = study::points(study);
-  for (const Member& m : ensembles.members) {
-    text += fmt::format("{},{},{}", accidents.rows[m.row].line, m.member, m.seed);
-    for (const std::string& value : points[static_cast<std::size_t>(m.member / study.replicates)].values) text += "," + value;
-    text += fmt::format(",{},{}", m.derailed.cars, m.derailed.locomotives);
-    for (const auto& q : outcome::kQuantities) text += fmt::format(",{}", q.value(m.outcome));
-    text += fmt::format(",{},{}\n", outcome::to_string(m.outcome.ended), study::quoted(m.outcome.message));
+  return text + ",ended,message";
+}
+
+std::string line_of(const Accident& accident, std::int64_t member, const study::Point& point, const Member& m) {
+  std::string text = fmt::format("{},{},{}", accident.line, member, m.seed);
+  for (const std::string& value : point.values) text += "," + value;
+  text += fmt::format(",{},{}", m.derailed.cars, m.derailed.locomotives);
+  for (const auto& q : outcome::kQuantities) text += fmt::format(",{}", q.value(m.outcome));
+  return text + fmt::format(",{},{}", outcome::to_string(m.outcome.ended), study::quoted(m.outcome.message));
+}
+
+Member member_from(const std::string& line, const std::string& columns) {
+  const std::vector<std::string> fields = study::fields_of(line), names = study::fields_of(columns);
+  const std::size_t first = names.size() - fields.size();  // the journal has the run's number before them
+  const auto field = [&](const char* name) -> const std::string& {
+    const auto place = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    return fields.at(place - first);
+  };
+  Member m;
+  m.text = line;
+  try {
+    m.seed = std::stoll(field("seed"));
+    m.derailed = {std::stoi(field("derailed_without_locomotives")), std::stoi(field("derailed_locomotives"))};
+    m.outcome.message = field("message");
+    for (const auto ended : {outcome::Ended::at_rest, outcome::Ended::time_max, outcome::Ended::integration_failed}) {
+      if (field("ended") == outcome::to_string(ended)) m.outcome.ended = ended;
+    }
+  } catch (const std::logic_error&) {
+    throw std::runtime_error("line '" + line + "' is not a run of a validation");
   }
+  return m;
+}
+
+std::string members_csv(const study::Study& study, const Ensembles& ensembles) {
+  std::string text = columns_of_members(study) + "\n";
+  for (const Member& m : ensembles.members) text += m.text + "\n";
   return text;
 }
 

@@ -1,12 +1,18 @@
 #include "train_derail/validation/validation.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
+#include <map>
 #include <mutex>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "study/parallel.hpp"
+#include "train_derail/study/journal.hpp"
+#include "validation/member_text.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 
@@ -100,10 +106,89 @@ std::int64_t members_a_row(const study::Study& study) {
   return static_cast<std::int64_t>(sampled ? study.samples : 1) * study.replicates;
 }
 
-Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
+namespace {
+
+/// Runs that are there already, by number; what is to be done with a new one.
+struct Kept {
+  std::map<std::int64_t, Member> finished;
+  std::function<void(std::int64_t, const Member&)> keep;
+};
+
+/// Unlike its place among the rows asked for, it belongs to line and member.
+std::int64_t run_number(const Accident& accident, std::int64_t members, std::int64_t member) {
+  return static_cast<std::int64_t>(accident.line) * members + member;
+}
+
+Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs, Kept kept,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
   const std::int64_t members = members_a_row(study);
   const std::vector<study::Point> points = study::points(study);
+  Ensembles e;
+  e.members.resize(accidents.rows.size() * static_cast<std::size_t>(members));
+  std::vector<std::size_t> missing;
+  study::Progress progress;
+  progress.total = static_cast<std::int64_t>(e.members.size());
+  const auto number_of = [&](std::size_t i) {
+    const auto per_row = static_cast<std::size_t>(members);
+    return run_number(accidents.rows[i / per_row], members, static_cast<std::int64_t>(i % per_row));
+  };
+  const auto place = [&](std::size_t i, Member m) {
+    m.row = i / static_cast<std::size_t>(members);
+    m.member = static_cast<std::int64_t>(i % static_cast<std::size_t>(members));
+    e.members[i] = std::move(m);
+  };
+  for (std::size_t i = 0; i < e.members.size(); ++i) {
+    const auto found = kept.finished.find(number_of(i));
+    if (found == kept.finished.end()) missing.push_back(i);
+    else place(i, std::move(found->second));
+  }
+  progress.done = progress.total - static_cast<std::int64_t>(missing.size());
+
+  std::int64_t computed = 0;
+  const auto start = std::chrono::steady_clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  std::mutex mutex;
+  std::exception_ptr broken;  // nothing more can be kept
+  study::for_each_run(missing.size(), jobs, [&](std::size_t k) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (stop || broken) return;
+    }
+    const std::size_t i = missing[k];
+    const std::size_t row = i / static_cast<std::size_t>(members);
+    const auto member = static_cast<std::int64_t>(i % static_cast<std::size_t>(members));
+    const study::Point& point = points[static_cast<std::size_t>(member / study.replicates)];
+    Member m = compute(study, accidents.rows[row], point, study::run_of(study, number_of(i)));
+    m.text = line_of(accidents.rows[row], member, point, m);
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (broken) return;
+    if (kept.keep) {
+      try {
+        kept.keep(number_of(i), m);
+      } catch (const std::runtime_error&) {
+        broken = std::current_exception();
+        return;
+      }
+    }
+    ++progress.done;
+    ++computed;
+    if (m.outcome.ended == outcome::Ended::integration_failed) {
+      ++progress.failed;
+      progress.message = m.outcome.message;
+    }
+    progress.rate = static_cast<double>(computed) / elapsed();
+    place(i, std::move(m));
+    on_progress(progress);
+  });
+  if (broken) std::rethrow_exception(broken);
+  e.failed = std::count_if(e.members.begin(), e.members.end(),
+                           [](const Member& m) { return m.outcome.ended == outcome::Ended::integration_failed; });
+  e.stopped = progress.done < progress.total;
+  e.wall_time = elapsed();
+  return e;
+}
+
+void check_rows(const study::Study& study, const AccidentTable& accidents) {
   for (const Accident& a : accidents.rows) {
     try {
       inputs::validate(scenario_of(study.base, a));
@@ -111,37 +196,44 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
       throw InputError(fmt::format("{}:{}: scenario", accidents.path, a.line), e.key(), e.value(), e.problem(), e.allowed());
     }
   }
+}
 
-  Ensembles e;
-  e.members.resize(accidents.rows.size() * static_cast<std::size_t>(members));
-  study::Progress progress;
-  progress.total = static_cast<std::int64_t>(e.members.size());
-  const auto start = std::chrono::steady_clock::now();
-  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-  std::mutex mutex;
-  study::for_each_run(e.members.size(), jobs, [&](std::size_t i) {
-    if (stop) return;
-    const std::size_t row = i / static_cast<std::size_t>(members);
-    const auto member = static_cast<std::int64_t>(i % static_cast<std::size_t>(members));
-    const Accident& accident = accidents.rows[row];
-    const study::Run of_line = study::run_of(study, static_cast<std::int64_t>(accident.line) * members + member);
-    Member m = compute(study, accident, points[static_cast<std::size_t>(member / study.replicates)], of_line);
-    m.row = row;
-    m.member = member;
-    const std::lock_guard<std::mutex> lock(mutex);
-    ++progress.done;
-    if (m.outcome.ended == outcome::Ended::integration_failed) {
-      ++progress.failed;
-      progress.message = m.outcome.message;
-    }
-    progress.rate = static_cast<double>(progress.done) / elapsed();
-    e.members[i] = std::move(m);
-    on_progress(progress);
+/// The study and the rows asked for, as they stand in the table.
+std::string description(const study::Study& study, const AccidentTable& accidents) {
+  nlohmann::ordered_json j = nlohmann::ordered_json::parse(study::to_json(study));
+  j["accidents"]["columns"] = accidents.columns;
+  for (const Accident& a : accidents.rows) j["accidents"]["rows"][fmt::format("{}", a.line)] = a.fields;
+  return j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
+
+Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
+              const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
+  members_a_row(study);
+  check_rows(study, accidents);
+  return run(study, accidents, jobs, Kept{}, on_progress, stop);
+}
+
+Ensembles run(const study::Study& study, const AccidentTable& accidents, const RunOptions& options,
+              const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
+  members_a_row(study);
+  check_rows(study, accidents);
+  study::claim_folder(options.folder, description(study, accidents));
+  const std::string columns = "run," + columns_of_members(study);
+  study::Journal journal(options.folder, columns, {});
+  if (!journal.finished().empty() && !options.resume) {
+    throw std::runtime_error(fmt::format("{}: holds {} finished runs of this validation; --resume computes what is missing",
+                                         options.folder, journal.finished().size()));
+  }
+  Kept kept;
+  study::read_journals(options.folder, columns, [&](std::int64_t number, const std::string& row) {
+    kept.finished[number] = member_from(row.substr(row.find(',') + 1), columns);
   });
-  e.failed = progress.failed;
-  e.stopped = progress.done < progress.total;
-  e.wall_time = elapsed();
-  return e;
+  kept.keep = [&](std::int64_t number, const Member& m) {
+    journal.append(fmt::format("{},{}", number, m.text), m.outcome.wall_time);
+  };
+  return run(study, accidents, options.jobs, std::move(kept), on_progress, stop);
 }
 
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {

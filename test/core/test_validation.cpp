@@ -1,8 +1,11 @@
 // Validation: trains made from rows, scores and fits against numbers worked out by hand, the command as a user meets it.
+#include <signal.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +13,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -415,7 +419,7 @@ TEST_F(Validate, DependsNeitherOnThreadsNorOnTheOtherRows) {
   ASSERT_EQ(one.members.size(), 9u);
   EXPECT_EQ(one.failed, 0);
   const validation::Ensembles four = validation::run(s, all, 4, [](const study::Progress&) {}, stop);
-  EXPECT_EQ(validation::members_csv(s, all, one), validation::members_csv(s, all, four));
+  EXPECT_EQ(validation::members_csv(s, one), validation::members_csv(s, four));
   EXPECT_EQ(validation::rows_csv(validation::evaluate(s, all, one)), validation::rows_csv(validation::evaluate(s, all, four)));
 
   validation::AccidentTable last = all;
@@ -536,11 +540,48 @@ TEST_F(Validate, TheCommandRefusesWhatIsWrong) {
   refused("table.csv --study study.yaml --min-tail 500", "no row is left");
   refused("table.csv --study study.yaml --set rails.stiffness=-1", "rails.stiffness");
   EXPECT_FALSE(fs::exists(folder_ / "table.validated"));
-  fs::create_directory(folder_ / "results");
-  write("results/study.json", "");
-  const Result r = derail("validate table.csv --study study.yaml --out results");
-  EXPECT_EQ(r.code, 1);
-  EXPECT_NE(r.out.find("holds the results of a study"), std::string::npos);
+  ASSERT_EQ(derail("validate table.csv --study study.yaml --out results --quiet").code, 0);
+  const auto in_use = [&](const std::string& arguments, const std::string& why) {
+    const Result r = derail("validate table.csv --study study.yaml --out results " + arguments);
+    EXPECT_EQ(r.code, 1) << r.out;
+    EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
+  };
+  in_use("", "results: holds 9 finished runs of this validation; --resume computes what is missing");
+  in_use("--resume --members 4", "results: holds results of another study; samples: was 3, is now 4");
+  in_use("--resume --spread 1.1", "holds results of another study");
+  in_use("--resume --min-speed '20 mph'", "holds results of another study; accidents/rows/3");
+}
+
+TEST_F(Validate, GoesOnAfterAKillWithTheSameResults) {
+  write("study.yaml", std::string(kStudy).replace(kStudy.find("samples: 3"), 10, "samples: 30"));
+  ASSERT_EQ(derail("validate table.csv --study study.yaml --out whole --jobs 1 --quiet").code, 0);
+  const fs::path journal = folder_ / "killed/journal.csv";
+  const auto on_disk = [&] {
+    const std::string text = text_of(journal);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    if (chdir(folder_.c_str()) != 0) _exit(1);
+    execl(TRAIN_DERAIL_CLI, "derail", "validate", "table.csv", "--study", "study.yaml", "--out", "killed", "--jobs", "1", "--quiet", nullptr);
+    _exit(1);
+  }
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (on_disk() < 20 && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_GE(on_disk(), 20);
+  ASSERT_LT(on_disk(), 91);
+  EXPECT_FALSE(fs::exists(folder_ / "killed/rows.csv"));
+  std::ofstream(journal, std::ios::app) << "60,2";  // torn
+  const Result resumed = derail("validate table.csv --study study.yaml --out killed --resume --jobs 2");
+  ASSERT_EQ(resumed.code, 0) << resumed.out;
+  for (const char* name : {"rows.csv", "members.csv", "validation.json"}) {
+    EXPECT_EQ(text_of(folder_ / "killed" / name), text_of(folder_ / "whole" / name)) << name;
+  }
+  EXPECT_EQ(derail("validate table.csv --study study.yaml --out killed --resume --quiet").code, 0) << "nothing is missing";
 }
 
 TEST_F(Validate, Stopped) {

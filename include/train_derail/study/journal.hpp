@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,12 +20,16 @@ struct Shard {
 /// A folder of results belongs to one study: `study.json` in it says which.
 /// Throws std::runtime_error: the folder cannot be used, or holds another study (the message names what differs).
 void claim_folder(const std::string& folder, const Study& study);
+/// The same for what is more than a study: JSON that tells one from another.
+void claim_folder(const std::string& folder, const std::string& description);
 
 class Journal {
  public:
   /// Opens or creates the shard's journal; a torn last line (the process was killed) is cut off.
   /// Throws std::runtime_error, also if another process is writing it.
   Journal(const std::string& folder, const Study& study, const Shard& shard);
+  /// Of rows with other columns: names with commas, the first of them the run's number.
+  Journal(const std::string& folder, const std::string& columns, const Shard& shard);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -34,12 +39,17 @@ class Journal {
 
   /// Throws std::runtime_error if the line cannot be written whole; the journal then stays as it was.
   void append(const Point& point, const Run& run, const outcome::Outcome& outcome);
+  void append(const std::string& row, double wall_time);
 
  private:
   std::string path_;
   int file_ = -1;
   std::vector<std::int64_t> finished_;
 };
+
+/// Calls use(run, row) for every whole row in the journals of a folder, without its computing time. Throws std::runtime_error.
+void read_journals(const std::string& folder, const std::string& columns,
+                   const std::function<void(std::int64_t, const std::string&)>& use);
 
 /// Puts the journals of all shards in a folder into `runs.csv`, sorted by run; returns how many runs it holds.
 /// Written under another name first: runs.csv is always whole. Throws std::runtime_error.

@@ -33,7 +33,8 @@ struct Member {
   std::int64_t member = 0;
   std::int64_t seed = 0;  // depends on the study's seed, the line in the file and the member alone
   Derailed derailed;
-  outcome::Outcome outcome;  // locomotives count in it
+  outcome::Outcome outcome;  // locomotives count in it; of a member from a journal only how it ended
+  std::string text;          // its line of members.csv
 };
 
 struct Ensembles {
@@ -47,6 +48,16 @@ struct Ensembles {
 /// other rows the table has. `on_progress` is called from the worker threads, one at a time. `stop` makes it return after the runs
 /// in flight. Throws inputs::InputError, also if a row and the base scenario do not go together (the message names the line).
 Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
+              const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
+
+/// The same with a journal in `folder`, as studies have: after a kill or stop, `resume` computes what is missing. The folder belongs
+/// to this study and these rows. Throws std::runtime_error if it cannot be used, or holds runs and is not to be resumed.
+struct RunOptions {
+  std::string folder;
+  int jobs = 0;
+  bool resume = false;
+};
+Ensembles run(const study::Study& study, const AccidentTable& accidents, const RunOptions& options,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
 /// One way to predict, scored on a group of rows.
@@ -87,6 +98,6 @@ std::string to_json(const Validation& v);
 /// The table's own columns, then what was predicted; one line a row.
 std::string rows_csv(const Validation& v);
 /// One line a run: inputs sampled, all of outcome::kQuantities.
-std::string members_csv(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles);
+std::string members_csv(const study::Study& study, const Ensembles& ensembles);
 
 }  // namespace train_derail::validation
