@@ -19,7 +19,7 @@ import sys
 import numpy as np
 
 FOLDS = 5
-COLUMNS = ('line', 'speed_mph', 'cars_from_pod_to_rear', 'cars_derailed', 'predicted_mean', 'predicted_low', 'predicted_high')
+COLUMNS = ('line', 'speed_mph', 'cars_from_pod_to_rear', 'cars_derailed', 'predicted_median', 'predicted_low', 'predicted_high')
 
 
 class WrongFile(Exception):
@@ -73,7 +73,7 @@ def summary(spreads, tables, min_speed, wanted):
     groups = {'all': np.ones(len(fast), bool), 'fast': fast, 'fast, tail of 60 or more': fast & (first['cars_from_pod_to_rear'] >= 60)}
 
     def of(t, rows):
-        error = t['predicted_mean'][rows] - t['cars_derailed'][rows]
+        error = t['predicted_median'][rows] - t['cars_derailed'][rows]
         return {
             'rows': int(rows.sum()),
             'coverage': float(inside(t)[rows].mean()),
