@@ -28,7 +28,7 @@ TRAIN_DERAIL_WIDE void subtract_interpolated(std::ptrdiff_t n, const double* tab
 #pragma omp simd
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     double b = (s[i] - s_min) * per_bin;
-    b = b < 0.0 ? 0.0 : b;
+    b = b > 0.0 ? b : 0.0;  // also if not a number
     b = b > last ? last : b;
     const int j = static_cast<int>(b);
     offset[i] -= held[i] * (table[j] + (b - j) * (table[j + 1] - table[j]));
