@@ -9,6 +9,7 @@
 
 #include "model/reactions.hpp"
 #include "model/kernels.hpp"
+#include "wide.hpp"
 
 namespace train_derail::model {
 
@@ -25,6 +26,16 @@ std::vector<const KernelSet*> versions(Eigen::Index cars) {
   const auto too_wide = [&](const KernelSet* v) { return v->lanes > 1 && v->lanes >= cars; };
   all.erase(std::remove_if(all.begin(), all.end(), too_wide), all.end());
   return all;
+}
+
+TRAIN_DERAIL_WIDE double foremost(std::ptrdiff_t n, const double* x, const double* past_pod) {
+  double most = -inputs::kInfinity;
+#pragma omp simd reduction(max : most)
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    const double place = past_pod[k] > 0.0 ? -inputs::kInfinity : x[k];
+    most = place > most ? place : most;
+  }
+  return most;
 }
 
 }  // namespace
@@ -86,8 +97,8 @@ CarArrays DerailmentModel::arrays() const {
           moment_trail_.data()};
 }
 
-void DerailmentModel::derivative(const double* y, double* dydt) const {
-  kernels_->right_hand_side(arrays(), y, dydt);
+bool DerailmentModel::derivative(const double* y, double* dydt) const {
+  return kernels_->right_hand_side(arrays(), y, dydt);
 }
 
 void DerailmentModel::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const {
@@ -103,7 +114,7 @@ void DerailmentModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::A
 }
 
 double DerailmentModel::foremost_on_track(const double* y) const {
-  return (past_pod_ > 0.0).select(-inputs::kInfinity, motion(y, car_count()).col(X)).maxCoeff();
+  return foremost(car_count(), y + X * car_count(), past_pod_.data());
 }
 
 void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {

@@ -27,7 +27,7 @@ struct CarArrays {
 struct KernelSet {
   const char* instruction_set;
   std::ptrdiff_t lanes;  // needs at least lanes + 1 cars
-  void (*right_hand_side)(const CarArrays&, const double* y, double* dydt);
+  bool (*right_hand_side)(const CarArrays&, const double* y, double* dydt);  // false if dydt is not finite
   void (*headings)(const CarArrays&, const double* y);  // fills cosine and sine
   void (*gaps)(const CarArrays&, const double* y, double* gap, double* rate);  // of every coupler [m, m/s]
 };

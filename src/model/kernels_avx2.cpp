@@ -1,5 +1,5 @@
 #include "model/kernels_impl.hpp"
-#include "model/wide_trigonometry.hpp"
+#include "model/wide_functions.hpp"
 
 namespace train_derail::model {
 

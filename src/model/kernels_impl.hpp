@@ -49,8 +49,11 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] void right_hand_side(const CarArrays& a, const double* state, double* rate) {
+[[gnu::flatten]] bool right_hand_side(const CarArrays& arrays, const double* state, double* rate) {
   using L = Lanes<B>;
+  // Copies, which no store through a pointer can change: they stay in registers.
+  const CarArrays a = arrays;
+  const inputs::Coupler coupler = *a.coupler;
   const std::ptrdiff_t n = a.cars;
   const double *x = state + X * n, *y = state + Y * n;
   const double *vx = state + VX * n, *vy = state + VY * n, *omega = state + OMEGA * n;
@@ -58,7 +61,7 @@ template <class B>
   headings<B>(a, state);
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
     const auto r = coupler_reaction<B>(
-        *a.coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
+        coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
         L::load(x + i) - L::load(x + i + 1), L::load(y + i) - L::load(y + i + 1), L::load(a.cosine + i),
         L::load(a.sine + i), L::load(a.cosine + i + 1), L::load(a.sine + i + 1));
     L::store(r.fx, a.force_x + i + 1);
@@ -69,16 +72,16 @@ template <class B>
 
   static constexpr double kLane[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
   static_assert(L::count <= 8);
-  B power_on_track(0.0), power_off_track(0.0);
+  B power_on_track(0.0), power_off_track(0.0), all(0.0);
   for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
     const B u = L::load(vx + k), v = L::load(vy + k), w = L::load(omega + k);
     const auto g = ground_reaction<B>(L::load(a.load + k), L::load(a.lateral + k), L::load(a.half_spacing + k),
                                       a.regularization_speed, L::load(a.cosine + k), L::load(a.sine + k), u, v, w);
-    const B power = g.fx * u + g.fy * v + g.moment * w;
-    const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), power);
-    const B off_track = L::load(a.past_pod + k) * fresh;
+    B power = g.fx * u + g.fy * v + g.moment * w;
+    if (done > 0) power = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), power);
+    const B off_track = L::load(a.past_pod + k) * power;
     power_off_track = power_off_track - off_track;
-    power_on_track = power_on_track - (fresh - off_track);
+    power_on_track = power_on_track - (power - off_track);
 
     // Coupler k - 1 pulls at the front of car k, coupler k at its rear; the ends of the train have none (zeros).
     const B fx = g.fx + L::load(a.force_x + k + 1) - L::load(a.force_x + k);
@@ -87,18 +90,22 @@ template <class B>
     L::store(u, rate + X * n + k);
     L::store(v, rate + Y * n + k);
     L::store(w, rate + THETA * n + k);
-    L::store(fx * L::load(a.inverse_mass + k), rate + VX * n + k);
-    L::store(fy * L::load(a.inverse_mass_y + k), rate + VY * n + k);
-    L::store(moment * L::load(a.inverse_inertia + k), rate + OMEGA * n + k);
+    const B ax = fx * L::load(a.inverse_mass + k), ay = fy * L::load(a.inverse_mass_y + k);
+    const B alpha = moment * L::load(a.inverse_inertia + k);
+    L::store(ax, rate + VX * n + k);
+    L::store(ay, rate + VY * n + k);
+    L::store(alpha, rate + OMEGA * n + k);
+    all = all + ((ax + ay) + alpha);
   });
   rate[kCoordinates * n + WORK_ON_TRACK] = L::sum(power_on_track);
   rate[kCoordinates * n + WORK_OFF_TRACK] = L::sum(power_off_track);
+  // A velocity that is not finite makes the friction so, and that its own power.
+  return std::isfinite(L::sum(all + (power_on_track + power_off_track)));
 }
 
 template <class B>
 [[gnu::flatten]] void gaps(const CarArrays& a, const double* state, double* gap, double* rate) {
   using L = Lanes<B>;
-  using std::sqrt;
   const std::ptrdiff_t n = a.cars;
   headings<B>(a, state);
   const auto difference = [&](Coordinate c, std::ptrdiff_t i) {
@@ -113,9 +120,9 @@ template <class B>
     const B dx = difference(X, i) - lead_x - trail_x, dy = difference(Y, i) - lead_y - trail_y;
     const B du = difference(VX, i) + lead_omega * lead_y + trail_omega * trail_y;
     const B dv = difference(VY, i) - lead_omega * lead_x - trail_omega * trail_x;
-    const B g = sqrt(B(dx * dx + dy * dy));
-    L::store(g, gap + i);
-    L::store((dx * du + dy * dv) / g, rate + i);
+    const B squared = dx * dx + dy * dy, inverse = Roots<B>::inverse(squared);
+    L::store(squared * inverse, gap + i);
+    L::store((dx * du + dy * dv) * inverse, rate + i);
   });
 }
 

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "train_derail/outcome/pile_up.hpp"
+#include "wide.hpp"
 
 namespace train_derail::outcome {
 
@@ -14,6 +15,64 @@ namespace {
 Eigen::Vector2d velocity_at(const model::CarMotion& car, const Eigen::Vector2d& point) {
   const Eigen::Vector2d arm = point - car.centre;
   return car.velocity + car.omega * Eigen::Vector2d(-arm.y(), arm.x());
+}
+
+double square(double x) { return x * x; }
+
+/// Of either truck of any car [m^2/s^2]. A point ahead of the centre by d moves with v + omega d (-sine, cosine), one behind
+/// it with the other sign.
+TRAIN_DERAIL_WIDE double truck_speed_squared_max(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega,
+                                                 const double* sine, const double* cosine, const double* half_spacing) {
+  double most = 0.0;
+#pragma omp simd reduction(max : most)
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    const double u = half_spacing[k] * omega[k] * sine[k], v = half_spacing[k] * omega[k] * cosine[k];
+    const double ahead = square(vx[k] - u) + square(vy[k] + v), behind = square(vx[k] + u) + square(vy[k] - v);
+    const double faster = ahead > behind ? ahead : behind;
+    most = faster > most ? faster : most;
+  }
+  return most;
+}
+
+/// Straight track.
+TRAIN_DERAIL_WIDE void extend_astray(std::ptrdiff_t n, const double* y, const double* sine, const double* half_spacing,
+                                     double* astray) {
+#pragma omp simd
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    const double now = std::abs(y[k]) + half_spacing[k] * std::abs(sine[k]);
+    astray[k] = now > astray[k] ? now : astray[k];
+  }
+}
+
+/// Speeds of car i against car i + 1, squared: of the pins between them, and of the centres.
+TRAIN_DERAIL_WIDE void neighbour_speeds(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega, const double* sine,
+                                        const double* cosine, const double* half_length, double* pins, double* centres) {
+#pragma omp simd
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    const double u = vx[i] - vx[i + 1], v = vy[i] - vy[i + 1];
+    const double lead = half_length[i] * omega[i], trail = half_length[i + 1] * omega[i + 1];
+    centres[i] = u * u + v * v;
+    pins[i] = square(u + lead * sine[i] + trail * sine[i + 1]) + square(v - lead * cosine[i] - trail * cosine[i + 1]);
+  }
+}
+
+TRAIN_DERAIL_WIDE double largest_of(std::ptrdiff_t n, const double* values) {
+  double most = 0.0;
+#pragma omp simd reduction(max : most)
+  for (std::ptrdiff_t i = 0; i < n; ++i) most = values[i] > most ? values[i] : most;
+  return most;
+}
+
+/// Extents of the cars along x, and half of that across.
+TRAIN_DERAIL_WIDE void boxes(std::ptrdiff_t n, const double* x, const double* sine, const double* cosine, const double* half_length,
+                             const double* half_width, double* rearmost, double* foremost, double* half_breadth) {
+#pragma omp simd
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    const double c = std::abs(cosine[k]), s = std::abs(sine[k]), reach = half_length[k] * c + half_width[k] * s;
+    rearmost[k] = x[k] - reach;
+    foremost[k] = x[k] + reach;
+    half_breadth[k] = half_length[k] * s + half_width[k] * c;
+  }
 }
 
 }  // namespace
@@ -28,7 +87,9 @@ Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rul
       half_length_(model.car_count()),
       half_width_(model.car_count()),
       half_spacing_(model.car_count()) {
-  off_track_.setConstant(model.car_count(), false);
+  astray_.setZero(model.car_count());
+  for (auto* array : {&rearmost_, &foremost_, &half_breadth_}) array->resize(model.car_count());
+  for (auto* array : {&pins_squared_, &centres_squared_}) array->resize(model.coupler_count());
   for (Eigen::Index k = 0; k < model.car_count(); ++k) {
     const model::Car& car = model.cars()[static_cast<std::size_t>(k)];
     half_length_[k] = 0.5 * car.length;
@@ -92,38 +153,21 @@ model::CarMotion Monitor::motion(const double* y, Eigen::Index car) const {
 void Monitor::sample(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
   const auto q = model::motion(y, n);
-  const auto vx = q.col(model::VX), vy = q.col(model::VY), omega = q.col(model::OMEGA);
   model_.headings(y, cosine_, sine_);
 
-  // Velocity of a point ahead of the centre by d: v + omega d (-sine, cosine); of one behind it with the other sign.
-  const auto rim = half_spacing_ * omega;
-  const auto ahead = (vx - rim * sine_).square() + (vy + rim * cosine_).square();
-  const auto behind = (vx + rim * sine_).square() + (vy - rim * cosine_).square();
-  truck_speed_max_ = std::sqrt(ahead.max(behind).maxCoeff());
+  truck_speed_max_ = std::sqrt(truck_speed_squared_max(n, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n, sine_.data(),
+                                                       cosine_.data(), half_spacing_.data()));
   if (model_.straight_track()) {
-    off_track_ = off_track_ || q.col(model::Y).abs() + half_spacing_ * sine_.abs() > rules_.off_track_threshold;
+    extend_astray(n, y + model::Y * n, sine_.data(), half_spacing_.data(), astray_.data());
   } else {
     for (Eigen::Index k = 0; k < n; ++k) {
       const model::CarMotion car = motion(y, k);
       for (const double arm : {half_spacing_[k], -half_spacing_[k]}) {
-        if (std::abs(model_.off_centre(k, car.point(arm).position)) > rules_.off_track_threshold) off_track_[k] = true;
+        astray_[k] = std::max(astray_[k], std::abs(model_.off_centre(k, car.point(arm).position)));
       }
     }
   }
-
-  if (n > 1) {
-    const auto consider = [t](const auto& speed_squared, RelativeSpeed& largest) {
-      Eigen::Index coupler = 0;
-      const double speed = std::sqrt(speed_squared.maxCoeff(&coupler));
-      if (speed > largest.speed) largest = {speed, static_cast<int>(coupler) + 1, t};
-    };
-    const auto pin = half_length_ * omega;
-    const auto u = vx.head(n - 1) - vx.tail(n - 1), v = vy.head(n - 1) - vy.tail(n - 1);
-    consider(u.square() + v.square(), centres_);
-    consider((u + (pin * sine_).head(n - 1) + (pin * sine_).tail(n - 1)).square() +
-                 (v - (pin * cosine_).head(n - 1) - (pin * cosine_).tail(n - 1)).square(),
-             relative_);
-  }
+  if (n > 1) sample_speeds(t, y);
   const model::Incidents* incidents = model_.incidents();
   if (incidents == nullptr || incidents->impacts.empty()) {
     sample_touches(t, y);
@@ -135,17 +179,30 @@ void Monitor::sample(double t, const double* y) {
   }
 }
 
+void Monitor::sample_speeds(double t, const double* y) {
+  const Eigen::Index n = model_.car_count();
+  neighbour_speeds(n - 1, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n, sine_.data(), cosine_.data(),
+                   half_length_.data(), pins_squared_.data(), centres_squared_.data());
+  const auto consider = [t](const Eigen::ArrayXd& squared, RelativeSpeed& largest) {
+    if (largest_of(squared.size(), squared.data()) <= largest.speed * largest.speed) return;
+    Eigen::Index coupler = 0;
+    const double speed = std::sqrt(squared.maxCoeff(&coupler));
+    if (speed > largest.speed) largest = {speed, static_cast<int>(coupler) + 1, t};
+  };
+  consider(pins_squared_, relative_);
+  consider(centres_squared_, centres_);
+}
+
 void Monitor::note(const Closing& touch) {
   touches_.push_back(touch);
   if (touch.speed > closing_.speed) closing_ = touch;
 }
 
 void Monitor::sample_touches(double t, const double* y) {
-  const auto q = model::motion(y, model_.car_count());
-  const auto reach = half_length_ * cosine_.abs() + half_width_ * sine_.abs();
-  rearmost_ = q.col(model::X) - reach;
-  foremost_ = q.col(model::X) + reach;
-  half_breadth_ = half_length_ * sine_.abs() + half_width_ * cosine_.abs();
+  const Eigen::Index n = model_.car_count();
+  const auto q = model::motion(y, n);
+  boxes(n, y + model::X * n, sine_.data(), cosine_.data(), half_length_.data(), half_width_.data(), rearmost_.data(),
+        foremost_.data(), half_breadth_.data());
   // Sweep along x; the order hardly changes from sample to sample.
   for (std::size_t i = 1; i < by_x_.size(); ++i) {
     const Eigen::Index k = by_x_[i];

@@ -22,7 +22,7 @@ class TrainSystem final : public solver::OdeSystem {
   explicit TrainSystem(model::DerailmentModel& model) : model_(model) {}
 
   Eigen::Index size() const override { return model_.size(); }
-  void derivative(double, const double* y, double* dydt) override { model_.derivative(y, dydt); }
+  bool derivative(double, const double* y, double* dydt) override { return model_.derivative(y, dydt); }
   Eigen::Index quadrature_count() const override { return model::kWorkTerms; }
 
   // One event function: where the foremost car on the track is. It crosses zero at the point of derailment.

@@ -28,7 +28,7 @@ class Stepper : public Integrator {
 
   /// 1 / (rtol |y| + atol) for what is controlled, next to nothing for quadratures.
   void error_weights(const double* y, double* weights, Eigen::Index size) const;
-  /// Derivative of the system; a result that is not finite is a recoverable failure (SUNDIALS then tries a smaller step).
+  /// Derivative of the system; one that is not finite is a recoverable failure (SUNDIALS then tries a smaller step).
   int derivative(double t, const double* y, double* dydt);
 
   void set_error(const std::string& error) { error_ = error; }

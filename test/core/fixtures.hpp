@@ -180,7 +180,7 @@ class ModelSystem : public solver::OdeSystem {
  public:
   explicit ModelSystem(model::DerailmentModel& m) : model_(m) {}
   Eigen::Index size() const override { return model_.size(); }
-  void derivative(double /*t*/, const double* y, double* dydt) override { model_.derivative(y, dydt); }
+  bool derivative(double /*t*/, const double* y, double* dydt) override { return model_.derivative(y, dydt); }
   Eigen::Index quadrature_count() const override { return model::kWorkTerms; }
   std::vector<Eigen::Index> band_positions() const override {
     const Eigen::Index n = model_.car_count();

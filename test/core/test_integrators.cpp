@@ -1,4 +1,5 @@
 // The integrators behind their interface: events, dense output, agreement, failure.
+#include <cmath>
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -15,9 +16,10 @@ using test::CarMotion;
 class Stone : public solver::OdeSystem {
  public:
   Eigen::Index size() const override { return 2; }
-  void derivative(double /*t*/, const double* y, double* d) override {
+  bool derivative(double /*t*/, const double* y, double* d) override {
     d[0] = y[1];
     d[1] = -10.0;
+    return true;
   }
   Eigen::Index event_count() const override { return 3; }
   void events(double t, const double* y, double* values) override {
@@ -35,7 +37,10 @@ class Stone : public solver::OdeSystem {
 class BlowUp : public solver::OdeSystem {
  public:
   Eigen::Index size() const override { return 1; }
-  void derivative(double /*t*/, const double* y, double* d) override { d[0] = y[0] * y[0]; }
+  bool derivative(double /*t*/, const double* y, double* d) override {
+    d[0] = y[0] * y[0];
+    return std::isfinite(d[0]);
+  }
   std::vector<Eigen::Index> band_positions() const override { return {0}; }
   Eigen::Index band_lower() const override { return 0; }
   Eigen::Index band_upper() const override { return 0; }
@@ -45,7 +50,10 @@ class BlowUp : public solver::OdeSystem {
 /// y' = 1e308: its derivative stays finite when y does not.
 class Overflow : public BlowUp {
  public:
-  void derivative(double /*t*/, const double* /*y*/, double* d) override { d[0] = 1e308; }
+  bool derivative(double /*t*/, const double* /*y*/, double* d) override {
+    d[0] = 1e308;
+    return true;
+  }
   void jacobian(double /*t*/, const double* /*y*/, const SetEntry& set) override { set(0, 0, 0.0); }
 };
 
@@ -53,11 +61,12 @@ class Overflow : public BlowUp {
 class Oscillators : public solver::OdeSystem {
  public:
   Eigen::Index size() const override { return 4; }
-  void derivative(double /*t*/, const double* y, double* d) override {
+  bool derivative(double /*t*/, const double* y, double* d) override {
     d[0] = y[2];
     d[1] = y[3];
     d[2] = -y[0];
     d[3] = -400.0 * y[1];
+    return true;
   }
   std::vector<Eigen::Index> band_positions() const override { return {0, 2, 1, 3}; }
   Eigen::Index band_lower() const override { return 1; }

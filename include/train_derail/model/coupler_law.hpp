@@ -76,10 +76,10 @@ T swing_angle(const Condition& condition, const T& ux, const T& uy, const T& c, 
 template <class T>
 CouplerLoad<T> coupler_load(const inputs::Coupler& law, double cos_limit, const T& dx, const T& dy, const T& c_lead,
                             const T& s_lead, const T& c_trail, const T& s_trail) {
-  using std::sqrt;
   CouplerLoad<T> b;
-  b.gap = sqrt(T(dx * dx + dy * dy));
-  const T inverse_gap = 1.0 / b.gap;
+  const T gap_squared = dx * dx + dy * dy;
+  const T inverse_gap = Roots<T>::inverse(gap_squared);
+  b.gap = gap_squared * inverse_gap;
   b.ux = dx * inverse_gap;
   b.uy = dy * inverse_gap;
   b.axial = axial_force(law, b.gap);

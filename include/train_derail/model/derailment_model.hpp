@@ -34,7 +34,7 @@ class DerailmentModel final : public TrainModel {
   double foremost_on_track(const double* y) const;
 
   /// dydt = f(y); both of length size().
-  void derivative(const double* y, double* dydt) const;
+  bool derivative(const double* y, double* dydt) const;
 
   /// Jacobian of derivative() in the band ordering: index of (car, coordinate) is 6 car + coordinate, work terms last.
   /// Rows of the work terms are left zero (they feed back on nothing). `set(row, column, value)` is called for each entry

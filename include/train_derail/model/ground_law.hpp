@@ -19,8 +19,7 @@ struct GroundForce {
 /// In the reading `along_track` a car on the track feels friction(load, u, 0, v_eps): no lateral part.
 template <class T>
 GroundForce<T> friction(const T& load, const T& u, const T& v, double v_eps) {
-  using std::sqrt;
-  const T factor = -load / sqrt(T(u * u + v * v + v_eps * v_eps));
+  const T factor = -load * Roots<T>::inverse(u * u + v * v + v_eps * v_eps);
   return {T(factor * u), T(factor * v)};
 }
 

@@ -43,6 +43,15 @@ struct Trigonometry {
   }
 };
 
+/// Of positive numbers; again to be specialised for batches.
+template <class T>
+struct Roots {
+  static T inverse(const T& x) {
+    using std::sqrt;
+    return 1.0 / sqrt(x);
+  }
+};
+
 /// atan2(y, x) where `condition` holds, elsewhere 0.
 template <class Condition, class T>
 T atan2_where(const Condition& condition, const T& y, const T& x) {

@@ -20,7 +20,7 @@ class Monitor {
   /// One sample; times must rise.
   void sample(double t, const double* y);
 
-  bool off_track(Eigen::Index car) const { return off_track_[car]; }
+  bool off_track(Eigen::Index car) const { return astray_[car] > rules_.off_track_threshold; }
   /// First touches so far, in the order of time.
   const std::vector<Closing>& touches() const { return touches_; }
   /// Largest speed of any truck centre in the last sample [m/s].
@@ -47,6 +47,7 @@ class Monitor {
   model::Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
   /// Of the sample that is being taken.
   model::CarMotion motion(const double* y, Eigen::Index car) const;
+  void sample_speeds(double t, const double* y);
   void sample_touches(double t, const double* y);
   void note(const Closing& touch);
   PileUp pile_up(const double* y) const;
@@ -60,8 +61,9 @@ class Monitor {
   Eigen::ArrayXd gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
   GapExtremes extremes_;
   Eigen::ArrayXd half_length_, half_width_, half_spacing_;
-  Eigen::Array<bool, Eigen::Dynamic, 1> off_track_;
+  Eigen::ArrayXd astray_;  // farthest that either truck of a car has been from the centre line in any sample [m]
   Eigen::ArrayXd cosine_, sine_, rearmost_, foremost_, half_breadth_;  // headings and extents of the cars in the last sample
+  Eigen::ArrayXd pins_squared_, centres_squared_;  // relative speeds of neighbours, squared, in the last sample [m^2/s^2]
   std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
   Closing closing_;

@@ -19,7 +19,8 @@ class OdeSystem {
   virtual ~OdeSystem() = default;
 
   virtual Eigen::Index size() const = 0;
-  virtual void derivative(double t, const double* y, double* dydt) = 0;
+  /// False if the result is not finite: a smaller step may help.
+  virtual bool derivative(double t, const double* y, double* dydt) = 0;
 
   /// That many last components are pure quadratures: integrated along, but without a say in the step size.
   virtual Eigen::Index quadrature_count() const { return 0; }
