@@ -152,7 +152,6 @@ model::CarMotion Monitor::motion(const double* y, Eigen::Index car) const {
 
 void Monitor::sample(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
-  const auto q = model::motion(y, n);
   model_.headings(y, cosine_, sine_);
 
   truck_speed_max_ = std::sqrt(truck_speed_squared_max(n, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n, sine_.data(),

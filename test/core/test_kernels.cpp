@@ -70,6 +70,26 @@ TEST(Kernels, AgreeWithThePlainVersion) {
   if (compared == 0) GTEST_SKIP() << "this processor has the plain version only";
 }
 
+TEST(Kernels, SayWhetherTheDerivativeIsFinite) {
+  test::Random random(33);
+  const inputs::Scenario s = train(21, random);
+  for (const std::string& name : model::DerailmentModel::instruction_sets(21)) {
+    const model::DerailmentModel m(s, name);
+    const model::StateVector y = test::random_state(m, random);
+    model::StateVector rate(y.size());
+    EXPECT_TRUE(m.derivative(y.data(), rate.data())) << name;
+    for (Eigen::Index i = 0; i < model::kCoordinates * m.car_count(); ++i) {
+      for (const double bad : {inputs::kInfinity, -inputs::kInfinity, std::nan("")}) {
+        model::StateVector broken = y;
+        broken[i] = bad;
+        const bool found = m.derivative(broken.data(), rate.data());
+        EXPECT_FALSE(found) << name << " component " << i << " is " << bad;
+        EXPECT_EQ(found, rate.allFinite()) << name << " component " << i << " is " << bad;
+      }
+    }
+  }
+}
+
 TEST(Kernels, GapsAreThoseOfThePins) {
   test::Random random(32);
   const inputs::Scenario s = train(23, random);
