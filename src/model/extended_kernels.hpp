@@ -43,17 +43,24 @@ struct StepWork {
   double on_track = 0.0, off_track = 0.0, rails = 0.0, damping = 0.0, grade = 0.0;
 };
 
+/// Of all couplers in a step.
+struct CouplerPeaks {
+  double buff = 0.0, draft = 0.0;  // N
+  double cos_swing = 1.0;          // least
+  double end_moment = 0.0;         // largest size of the sum of both [N m]
+};
+
 struct ExtendedKernels {
   const char* instruction_set;
   std::ptrdiff_t lanes;  // needs at least lanes + 1 cars
-  void (*forces)(const ExtendedArrays&, const double* y);
+  CouplerPeaks (*forces)(const ExtendedArrays&, const double* y);
   /// `before`, `after`: states at the ends of a step of length h whose forces are in the arrays.
   StepWork (*work)(const ExtendedArrays&, const double* before, const double* after, double h);
   /// Turns cosine and sine by `angle` (one a car, small) [rad].
   void (*turn)(const ExtendedArrays&, const double* angle);
   /// Places of the trucks: px, py, one a truck [m].
   void (*places)(const ExtendedArrays&, const double* y, double* px, double* py);
-  /// Counts up `overloaded` (truck [s]) as in rails_yield; whether any truck has been overloaded for too long.
+  /// Counts up `overloaded` (truck [s]) as in overloaded_time; whether any truck has been overloaded for too long.
   bool (*overload)(const ExtendedArrays&, double h, double* overloaded);
 };
 

@@ -13,10 +13,12 @@
 namespace train_derail::model {
 
 template <class B>
-[[gnu::flatten]] void couple(const ExtendedArrays& a, const double* state) {
+[[gnu::flatten]] CouplerPeaks couple(const ExtendedArrays& a, const double* state) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
   const auto column = [&](Coordinate c, std::ptrdiff_t i) { return L::load(state + c * n + i); };
+  const auto greater = [](const B& p, const B& q) { return select(p > q, p, q); };
+  B buff(0.0), draft(0.0), cos_swing(1.0), end_moment(0.0);
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
     const std::ptrdiff_t j = i + 1;
     const B ci = L::load(a.cosine + i), si = L::load(a.sine + i), cj = L::load(a.cosine + j), sj = L::load(a.sine + j);
@@ -38,21 +40,27 @@ template <class B>
     L::store(axial, a.axial + i);
     L::store(kept(damper), a.damper + i);
     const B lead = b.ux * ci + b.uy * si, trail = b.ux * cj + b.uy * sj;
-    L::store(select(alive, select(lead < trail, lead, trail), B(1.0)), a.cos_swing + i);
-    L::store(kept(b.moment_lead + b.moment_trail), a.end_moment + i);
+    const B least = select(alive, select(lead < trail, lead, trail), B(1.0)), moments = kept(b.moment_lead + b.moment_trail);
+    L::store(least, a.cos_swing + i);
+    L::store(moments, a.end_moment + i);
+    buff = greater(axial, buff);
+    draft = greater(-axial, draft);
+    cos_swing = select(least < cos_swing, least, cos_swing);
+    end_moment = greater(greater(moments, -moments), end_moment);
     L::store(fx, a.pin_x + j);
     L::store(fy, a.pin_y + j);
     L::store(ax * fy - ay * fx + kept(b.moment_lead), a.moment_lead + j);
     L::store(by * fx - bx * fy + kept(b.moment_trail), a.moment_trail + j);
   });
+  return {L::max(buff), L::max(draft), -L::max(-cos_swing), L::max(end_moment)};
 }
 
 template <class B>
-[[gnu::flatten]] void extended_forces(const ExtendedArrays& a, const double* state) {
+[[gnu::flatten]] CouplerPeaks extended_forces(const ExtendedArrays& a, const double* state) {
   using L = Lanes<B>;
   using std::sqrt;
   const std::ptrdiff_t n = a.cars;
-  couple<B>(a, state);
+  const CouplerPeaks peaks = couple<B>(a, state);
   const double v_eps = a.ground->regularization_speed;
   const bool isotropic = a.ground->on_track_law == inputs::OnTrackLaw::isotropic;
   for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
@@ -102,6 +110,7 @@ template <class B>
     L::store(fy, a.fy + k);
     L::store(moment, a.moment + k);
   });
+  return peaks;
 }
 
 template <class B>
@@ -184,10 +193,19 @@ template <class B>
 
 template <class B>
 [[gnu::flatten]] bool overload(const ExtendedArrays& a, double h, double* overloaded) {
-  bool yields = false;
-  for (std::ptrdiff_t i = 0; i < 2 * a.cars; ++i) {
-    const bool over = rails_yield(*a.rails, a.lateral[i], a.load[i], h, overloaded[i]);
-    yields = yields || over;
+  using L = Lanes<B>;
+  const std::ptrdiff_t trucks = 2 * a.cars;
+  std::ptrdiff_t i = 0;
+  B longest(0.0);
+  for (; i + L::count <= trucks; i += L::count) {
+    const B time = overloaded_time<B>(*a.rails, L::load(a.lateral + i), L::load(a.load + i), h, L::load(overloaded + i));
+    L::store(time, overloaded + i);
+    longest = select(time > longest, time, longest);
+  }
+  bool yields = L::max(longest) > a.rails->derail_time;
+  for (; i < trucks; ++i) {  // not twice: it counts
+    overloaded[i] = overloaded_time<double>(*a.rails, a.lateral[i], a.load[i], h, overloaded[i]);
+    yields = yields || overloaded[i] > a.rails->derail_time;
   }
   return yields;
 }

@@ -31,16 +31,24 @@ double reach_ahead(const inputs::Scenario& s) {
   return std::min(100.0 + train_length(s) + s.initial.speed * s.stop.time_max, 6000.0);
 }
 
-/// Whether a truck that the rails hold has come from before the point of derailment to past it, or stands where track may be torn.
-TRAIN_DERAIL_WIDE bool any_on_bad_track(Eigen::Index n, const double* held, const double* before, const double* x, double from,
-                                        double to) {
+/// Whether a truck that the rails hold has come from before the point of derailment to past it.
+TRAIN_DERAIL_WIDE bool any_passes(Eigen::Index n, const double* held, const double* before, const double* now) {
   double found = 0.0;
 #pragma omp simd reduction(+ : found)
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double passes = before[i] < 0.0 && x[i] >= 0.0 ? 1.0 : 0.0, torn = x[i] >= from && x[i] <= to ? 1.0 : 0.0;
-    found += held[i] * (passes + torn);
-  }
+  for (Eigen::Index i = 0; i < n; ++i) found += held[i] * (before[i] < 0.0 && now[i] >= 0.0 ? 1.0 : 0.0);
   return found > 0.0;
+}
+
+/// Brake force over load of every car at time t.
+TRAIN_DERAIL_WIDE void brake(const inputs::Brakes& law, double t, Eigen::Index n, const double* ratio, const double* signal,
+                             double* along) {
+#pragma omp simd
+  for (Eigen::Index k = 0; k < n; ++k) along[k] = law.rolling_resistance + ratio[k] * brake_build_up(law, t - signal[k]);
+}
+
+TRAIN_DERAIL_WIDE void multiply(Eigen::Index n, const double* a, const double* b, double* product) {
+#pragma omp simd
+  for (Eigen::Index k = 0; k < n; ++k) product[k] = a[k] * b[k];
 }
 
 /// Those that this processor can run and that suit the length of the train, fastest first.
@@ -228,20 +236,22 @@ double ExtendedModel::off_centre(Eigen::Index car, const Eigen::Vector2d& point)
 void ExtendedModel::accelerations(double t, double h, const double* y, double* result) {
   const Eigen::Index n = car_count();
   if (brakes_.law == inputs::BrakeLaw::air) {
-    for (Eigen::Index k = 0; k < n; ++k) {
-      along_[k] = brakes_.rolling_resistance + brake_ratio_[k] * brake_build_up(brakes_, t - signal_[k]);
-    }
+    brake(brakes_, t, n, brake_ratio_.data(), signal_.data(), along_.data());
   } else {
     along_ = ground_.on_track_friction;
   }
-  kernels_->forces(arrays(), y);
+  const CouplerPeaks peaks = kernels_->forces(arrays(), y);
+  buff_ = peaks.buff;
+  draft_ = peaks.draft;
+  cos_swing_least_ = peaks.cos_swing;
+  end_moment_largest_ = peaks.end_moment;
   if (contacts_) {
     const CarColumns q{y + X * n, y + Y * n, cos_.data(), sin_.data(), y + VX * n, y + VY * n, y + OMEGA * n};
     contacts_->add_forces(t, h, q, {fx_.data(), fy_.data(), moment_.data()}, incidents_);
   }
-  Eigen::Map<Eigen::ArrayXd>(result, n) = fx_ * inverse_mass_;
-  Eigen::Map<Eigen::ArrayXd>(result + n, n) = fy_ * inverse_mass_;
-  Eigen::Map<Eigen::ArrayXd>(result + 2 * n, n) = moment_ * inverse_inertia_;
+  multiply(n, fx_.data(), inverse_mass_.data(), result);
+  multiply(n, fy_.data(), inverse_mass_.data(), result + n);
+  multiply(n, moment_.data(), inverse_inertia_.data(), result + 2 * n);
 }
 
 void ExtendedModel::settle(double t, double h, const double* before, double* y) {
@@ -276,13 +286,13 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
 void ExtendedModel::note_forces(double t, double h) {
   if (coupler_count() == 0) return;
   Eigen::Index i = 0;
-  if (const double buff = axial_.maxCoeff(); buff > incidents_.buff.force) {
+  if (buff_ > incidents_.buff.force) {
     axial_.maxCoeff(&i);
-    incidents_.buff = {buff, i, t};
+    incidents_.buff = {buff_, i, t};
   }
-  if (const double draft = -axial_.minCoeff(); draft > incidents_.draft.force) {
+  if (draft_ > incidents_.draft.force) {
     axial_.minCoeff(&i);
-    incidents_.draft = {draft, i, t};
+    incidents_.draft = {draft_, i, t};
   }
   if (standing_ > 0) {
     const double force = std::max(axial_[standing_ - 1], 0.0);
@@ -293,10 +303,7 @@ void ExtendedModel::note_forces(double t, double h) {
 }
 
 void ExtendedModel::break_where_overloaded(double t, const double* before) {
-  if (coupler_count() == 0) return;
-  const bool none = -axial_.minCoeff() <= coupler_.break_draft && cos_swing_.minCoeff() >= cos_break_ &&
-                    end_moment_.abs().maxCoeff() <= coupler_.break_moment;
-  if (none) return;
+  if (draft_ <= coupler_.break_draft && cos_swing_least_ >= cos_break_ && end_moment_largest_ <= coupler_.break_moment) return;
   for (Eigen::Index i = 0; i < coupler_count(); ++i) {
     if (broken(i)) continue;
     if (-axial_[i] > coupler_.break_draft) break_coupler(t, i, BrokenCoupler::By::draft, before);
@@ -309,8 +316,8 @@ void ExtendedModel::leave_rails(double t, double h, double* y) {
   const Eigen::Index n = car_count();
   const bool yields = kernels_->overload(arrays(), h, overloaded_.data());
   // Most steps nothing happens: find that out for all trucks together.
-  const bool anything = yields || !track_.straight() ||
-                        any_on_bad_track(2 * n, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
+  const bool anything = yields || !track_.straight() || any_passes(2 * n, on_track_.data(), arc_.data(), px_.data()) ||
+                        track_.any_torn(2 * n, px_.data(), on_track_.data());
   bool left = false;
   if (anything) {
     for (Eigen::Index i = 0; i < 2 * n; ++i) {

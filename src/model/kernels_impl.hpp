@@ -17,6 +17,7 @@ struct Lanes {
   static B load(const double* p) { return B(p, std::experimental::element_aligned); }
   static void store(const B& b, double* p) { b.copy_to(p, std::experimental::element_aligned); }
   static double sum(const B& b) { return reduce(b); }
+  static double max(const B& b) { return hmax(b); }
 };
 
 template <>
@@ -25,6 +26,7 @@ struct Lanes<double> {
   static double load(const double* p) { return *p; }
   static void store(double b, double* p) { *p = b; }
   static double sum(double b) { return b; }
+  static double max(double b) { return b; }
 };
 
 /// Calls body(first, done) for blocks of `width` entries that cover [0, n); the last block may overlap the one before:

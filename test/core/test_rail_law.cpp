@@ -29,18 +29,22 @@ TEST(RailLaw, YieldsAfterTheLimitHasBeenExceededForThatLongWithoutABreak) {
   r.derail_ratio = 0.8;
   r.derail_time = 0.0205;
   const double load = 1000.0, h = 0.001;
+  const auto yields = [&](double force, double& overloaded) {
+    overloaded = model::overloaded_time<double>(r, force, load, h, overloaded);
+    return overloaded > r.derail_time;
+  };
   for (const double sign : {1.0, -1.0}) {
     double overloaded = 0.0;
-    for (int i = 1; i <= 20; ++i) EXPECT_FALSE(model::rails_yield(r, sign * 801.0, load, h, overloaded)) << i;
-    EXPECT_TRUE(model::rails_yield(r, sign * 801.0, load, h, overloaded));
+    for (int i = 1; i <= 20; ++i) EXPECT_FALSE(yields(sign * 801.0, overloaded)) << i;
+    EXPECT_TRUE(yields(sign * 801.0, overloaded));
   }
   double overloaded = 0.0;
-  for (int i = 1; i <= 20; ++i) EXPECT_FALSE(model::rails_yield(r, 2000.0, load, h, overloaded)) << i;
-  EXPECT_FALSE(model::rails_yield(r, 799.0, load, h, overloaded));  // a break: it counts anew
-  for (int i = 1; i <= 20; ++i) EXPECT_FALSE(model::rails_yield(r, 2000.0, load, h, overloaded)) << i;
-  EXPECT_TRUE(model::rails_yield(r, 2000.0, load, h, overloaded));
+  for (int i = 1; i <= 20; ++i) EXPECT_FALSE(yields(2000.0, overloaded)) << i;
+  EXPECT_FALSE(yields(799.0, overloaded));  // a break: it counts anew
+  for (int i = 1; i <= 20; ++i) EXPECT_FALSE(yields(2000.0, overloaded)) << i;
+  EXPECT_TRUE(yields(2000.0, overloaded));
   overloaded = 0.0;
-  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(model::rails_yield(r, 799.9, load, h, overloaded));
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(yields(799.9, overloaded));
 }
 
 /// y(t) of y'' + 2 z w y' + w^2 y = 0 from y0 at rest.

@@ -3,7 +3,6 @@
 // source at the rear), 280 m/s along the pipe.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "train_derail/inputs/scenario.hpp"
@@ -12,9 +11,8 @@ namespace train_derail::model {
 
 /// Share of the full force, 0 to 1; `since`: time since the signal reached the car [s], negative before it.
 inline double brake_build_up(const inputs::Brakes& b, double since) {
-  const double t = since - b.dead_time;
-  if (t < 0.0) return 0.0;
-  return b.build_up_time > 0.0 ? std::min(t / b.build_up_time, 1.0) : 1.0;
+  const double t = since - b.dead_time, share = b.build_up_time > 0.0 ? t / b.build_up_time : 1.0;
+  return t < 0.0 ? 0.0 : share < 1.0 ? share : 1.0;
 }
 
 /// Time that the signal takes over `distance` of pipe [m], in seconds.

@@ -85,6 +85,7 @@ class ExtendedModel final : public TrainModel {
   Eigen::ArrayXd kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_, patch_, px_, py_;
   Eigen::ArrayXd truck_x_, truck_y_, brake_, lateral_;
   // One a coupler.
+  double buff_ = 0.0, draft_ = 0.0, cos_swing_least_ = 1.0, end_moment_largest_ = 0.0;  // of all of them in the step
   Eigen::ArrayXd alive_, damping_, axial_, damper_, ux_, uy_, cos_swing_, end_moment_;
   Eigen::ArrayXd pin_x_, pin_y_, moment_lead_, moment_trail_;  // cars + 1 entries
   std::vector<inputs::GroundPatch> patches_;

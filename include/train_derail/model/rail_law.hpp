@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/lanes.hpp"
 
 namespace train_derail::model {
 
@@ -19,11 +20,12 @@ T rail_force(const inputs::Rails& r, const T& damping, const T& offset, const T&
   return -r.stiffness * offset - damping * rate;
 }
 
-/// Whether a truck that has borne `force` [N] under `load` (its share of W) [N] leaves the rails after this step of length h [s].
-/// `overloaded` [s]: for how long the limit has been exceeded without a break; kept by the caller, 0 at first.
-inline bool rails_yield(const inputs::Rails& r, double force, double load, double h, double& overloaded) {
-  overloaded = std::abs(force) > r.derail_ratio * load ? overloaded + h : 0.0;
-  return overloaded > r.derail_time;
+/// For how long the limit has been exceeded without a break [s], at the end of a step of length h [s] in which the truck has borne
+/// `force` [N] under `load` (its share of W) [N]; `before`: at its beginning. Beyond derail_time the truck leaves the rails.
+template <class T>
+T overloaded_time(const inputs::Rails& r, const T& force, const T& load, double h, const T& before) {
+  using std::abs;
+  return select(abs(force) > r.derail_ratio * load, T(before + h), T(0.0));
 }
 
 }  // namespace train_derail::model

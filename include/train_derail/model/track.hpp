@@ -45,12 +45,11 @@ class Track {
   bool torn(double s) const {
     if (torn_.empty()) return false;
     const double b = s * per_torn_bin_ + torn_behind_;
-    return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] != 0;
+    return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] > 0.0;
   }
+  /// Whether that holds for any of n places s[i] with held[i] = 1 (others: 0).
+  bool any_torn(std::ptrdiff_t n, const double* s, const double* held) const;
   void tear(double s);
-  /// Least and largest arc length that may be torn; the first is larger if none is [m].
-  double torn_from() const { return torn_from_; }
-  double torn_to() const { return torn_to_; }
   /// The rails are where they should be.
   bool aligned() const { return alignment_.empty(); }
 
@@ -61,8 +60,8 @@ class Track {
   std::vector<double> alignment_;   // every kBin; the same beyond the ends as at them
   double last_bin_ = 0.0;
   std::vector<Node> nodes_;         // every kBin, if there are curves
-  std::vector<unsigned char> torn_;
-  double torn_from_ = inputs::kInfinity, torn_to_ = -inputs::kInfinity;
+  std::vector<double> torn_;        // bins of torn_length: 1 if torn, else 0
+  bool whole_ = true;               // none is
 };
 
 }  // namespace train_derail::model
