@@ -58,7 +58,6 @@ template <class B>
 template <class B>
 [[gnu::flatten]] CouplerPeaks extended_forces(const ExtendedArrays& a, const double* state) {
   using L = Lanes<B>;
-  using std::sqrt;
   const std::ptrdiff_t n = a.cars;
   const CouplerPeaks peaks = couple<B>(a, state);
   const double v_eps = a.ground->regularization_speed;
@@ -90,7 +89,7 @@ template <class B>
       }
 
       B mu(a.ground->off_track_friction);
-      if (a.by_slip) mu = slip_friction<B>(*a.ground, sqrt(B(u * u + v * v)), v * c - u * s, L::load(a.offset + i));
+      if (a.by_slip) mu = slip_friction<B>(*a.ground, u * u + v * v, v * c - u * s, L::load(a.offset + i));
       const auto g = friction<B>(mu * L::load(a.patch + i) * load, u, v, v_eps);
 
       brake = select(on_track, brake, B(0.0));

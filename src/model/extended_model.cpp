@@ -31,12 +31,20 @@ double reach_ahead(const inputs::Scenario& s) {
   return std::min(100.0 + train_length(s) + s.initial.speed * s.stop.time_max, 6000.0);
 }
 
-/// Whether a truck that the rails hold has come from before the point of derailment to past it.
-TRAIN_DERAIL_WIDE bool any_passes(Eigen::Index n, const double* held, const double* before, const double* now) {
-  double found = 0.0;
-#pragma omp simd reduction(+ : found)
-  for (Eigen::Index i = 0; i < n; ++i) found += held[i] * (before[i] < 0.0 && now[i] >= 0.0 ? 1.0 : 0.0);
-  return found > 0.0;
+/// Whether a truck that the rails hold has come from before the point of derailment to past it, and whether one stands where track
+/// may be torn.
+struct OnBadTrack {
+  bool passes, may_be_torn;
+};
+TRAIN_DERAIL_WIDE OnBadTrack on_bad_track(Eigen::Index n, const double* held, const double* before, const double* now, double from,
+                                          double to) {
+  double passes = 0.0, torn = 0.0;
+#pragma omp simd reduction(+ : passes, torn)
+  for (Eigen::Index i = 0; i < n; ++i) {
+    passes += held[i] * (before[i] < 0.0 && now[i] >= 0.0 ? 1.0 : 0.0);
+    torn += held[i] * (now[i] >= from && now[i] <= to ? 1.0 : 0.0);
+  }
+  return {passes > 0.0, torn > 0.0};
 }
 
 /// Brake force over load of every car at time t.
@@ -316,8 +324,9 @@ void ExtendedModel::leave_rails(double t, double h, double* y) {
   const Eigen::Index n = car_count();
   const bool yields = kernels_->overload(arrays(), h, overloaded_.data());
   // Most steps nothing happens: find that out for all trucks together.
-  const bool anything = yields || !track_.straight() || any_passes(2 * n, on_track_.data(), arc_.data(), px_.data()) ||
-                        track_.any_torn(2 * n, px_.data(), on_track_.data());
+  const OnBadTrack bad = on_bad_track(2 * n, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
+  const bool anything = yields || !track_.straight() || bad.passes ||
+                        (bad.may_be_torn && track_.any_torn(2 * n, px_.data(), on_track_.data()));
   bool left = false;
   if (anything) {
     for (Eigen::Index i = 0; i < 2 * n; ++i) {

@@ -52,7 +52,7 @@ TRAIN_DERAIL_WIDE double sum_of_torn(std::ptrdiff_t n, const double* torn, doubl
 }  // namespace
 
 bool Track::any_torn(std::ptrdiff_t n, const double* s, const double* held) const {
-  return !whole_ && sum_of_torn(n, torn_.data(), per_torn_bin_, torn_behind_, static_cast<double>(torn_.size() - 1), s, held) > 0.0;
+  return !torn_.empty() && sum_of_torn(n, torn_.data(), per_torn_bin_, torn_behind_, static_cast<double>(torn_.size() - 1), s, held) > 0.0;
 }
 
 void Track::subtract_alignment(std::ptrdiff_t n, const double* s, const double* held, double* offset) const {
@@ -145,7 +145,8 @@ void Track::tear(double s) {
   const double b = s * per_torn_bin_ + torn_behind_;
   if (!(b >= 0.0 && b < static_cast<double>(torn_.size()))) return;
   torn_[static_cast<std::size_t>(b)] = 1.0;
-  whole_ = false;
+  torn_from_ = std::min(torn_from_, s - 1.0 / per_torn_bin_);
+  torn_to_ = std::max(torn_to_, s + 1.0 / per_torn_bin_);
 }
 
 }  // namespace train_derail::model

@@ -23,17 +23,17 @@ inputs::Ground ground() {
 
 TEST(SlipFriction, RunsFromInLineToBroadside) {
   const inputs::Ground g = ground();
-  EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 0.0, 0.0), 0.2);
-  EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 4.0, 0.0), 0.8);
-  EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 10.0, 0.0), 0.8);
-  EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 2.0, 0.0), 0.5);         // smoothstep(1/2) = 1/2
-  EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 1.0, 0.0), 0.2 + 0.6 * (3.0 / 16.0 - 2.0 / 64.0));
+  EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 0.0, 0.0), 0.2);
+  EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 4.0, 0.0), 0.8);
+  EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 10.0, 0.0), 0.8);
+  EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 2.0, 0.0), 0.5);         // smoothstep(1/2) = 1/2
+  EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 1.0, 0.0), 0.2 + 0.6 * (3.0 / 16.0 - 2.0 / 64.0));
   EXPECT_DOUBLE_EQ(model::slip_friction(g, 0.0, 0.0, 0.0), 0.2);           // at rest
   double before = 0.0;
   for (double across = 0.0; across <= 10.0; across += 0.05) {
-    const double mu = model::slip_friction(g, 10.0, across, 0.0);
+    const double mu = model::slip_friction(g, 100.0, across, 0.0);
     EXPECT_GE(mu, before);
-    EXPECT_DOUBLE_EQ(mu, model::slip_friction(g, 10.0, -across, 0.0));
+    EXPECT_DOUBLE_EQ(mu, model::slip_friction(g, 100.0, -across, 0.0));
     EXPECT_DOUBLE_EQ(mu, model::slip_friction(g, 1.0, 0.1 * across, 0.0));  // a matter of the angle, not of the speed
     before = mu;
   }
@@ -42,13 +42,13 @@ TEST(SlipFriction, RunsFromInLineToBroadside) {
 TEST(SlipFriction, GrowsBeyondTheRail) {
   const inputs::Ground g = ground();
   for (const double side : {1.0, -1.0}) {
-    EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 0.0, side * kHalfGauge), 0.2);
-    EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 0.0, side * (kHalfGauge + 0.5)), 0.35);
-    EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 0.0, side * (kHalfGauge + 2.0)), 0.8);
-    EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 0.0, side * 50.0), 0.8);
+    EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 0.0, side * kHalfGauge), 0.2);
+    EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 0.0, side * (kHalfGauge + 0.5)), 0.35);
+    EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 0.0, side * (kHalfGauge + 2.0)), 0.8);
+    EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 0.0, side * 50.0), 0.8);
     // The larger of both counts.
-    EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 2.0, side * (kHalfGauge + 0.5)), 0.5);
-    EXPECT_DOUBLE_EQ(model::slip_friction(g, 10.0, 2.0, side * (kHalfGauge + 1.5)), 0.65);
+    EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 2.0, side * (kHalfGauge + 0.5)), 0.5);
+    EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 2.0, side * (kHalfGauge + 1.5)), 0.65);
   }
 }
 

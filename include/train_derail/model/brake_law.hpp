@@ -11,7 +11,8 @@ namespace train_derail::model {
 
 /// Share of the full force, 0 to 1; `since`: time since the signal reached the car [s], negative before it.
 inline double brake_build_up(const inputs::Brakes& b, double since) {
-  const double t = since - b.dead_time, share = b.build_up_time > 0.0 ? t / b.build_up_time : 1.0;
+  const double rate = b.build_up_time > 0.0 ? 1.0 / b.build_up_time : 0.0;  // outside the loops over cars
+  const double t = since - b.dead_time, share = rate > 0.0 ? t * rate : 1.0;
   return t < 0.0 ? 0.0 : share < 1.0 ? share : 1.0;
 }
 

@@ -47,7 +47,10 @@ class Track {
     const double b = s * per_torn_bin_ + torn_behind_;
     return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] > 0.0;
   }
-  /// Whether that holds for any of n places s[i] with held[i] = 1 (others: 0).
+  /// Least and largest arc length that may be torn; the first is larger if none is [m].
+  double torn_from() const { return torn_from_; }
+  double torn_to() const { return torn_to_; }
+  /// Whether torn() holds for any of n places s[i] with held[i] = 1 (others: 0).
   bool any_torn(std::ptrdiff_t n, const double* s, const double* held) const;
   void tear(double s);
   /// The rails are where they should be.
@@ -61,7 +64,7 @@ class Track {
   double last_bin_ = 0.0;
   std::vector<Node> nodes_;         // every kBin, if there are curves
   std::vector<double> torn_;        // bins of torn_length: 1 if torn, else 0
-  bool whole_ = true;               // none is
+  double torn_from_ = inputs::kInfinity, torn_to_ = -inputs::kInfinity;
 };
 
 }  // namespace train_derail::model
