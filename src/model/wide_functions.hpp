@@ -1,10 +1,10 @@
-// Functions for the wide kernels: of an angle by SLEEF, to 3.5 units in the last place. The one place with the processor's own types.
+// Functions for the wide kernels: of an angle by xsimd. The one place with the processor's own types.
 #pragma once
 
 #include <experimental/simd>
 
 #include <immintrin.h>
-#include <sleef.h>
+#include <xsimd/xsimd.hpp>
 
 #include "train_derail/model/lanes.hpp"
 
@@ -15,22 +15,19 @@ using Wide = std::experimental::native_simd<double>;
 template <>
 struct Trigonometry<Wide> {
 #ifdef __AVX512F__
-  using Register = __m512d;
-  static constexpr auto sleef_atan2 = Sleef_atan2d8_u35avx512f;
-  static constexpr auto sleef_sincos = Sleef_sincosd8_u35avx512f;
+  using Batch = xsimd::batch<double, xsimd::avx512f>;
 #else
-  using Register = __m256d;
-  static constexpr auto sleef_atan2 = Sleef_atan2d4_u35avx2;
-  static constexpr auto sleef_sincos = Sleef_sincosd4_u35avx2;
+  using Batch = xsimd::batch<double, xsimd::fma3<xsimd::avx2>>;
 #endif
+  using Register = Batch::register_type;
 
   static Wide atan2(const Wide& y, const Wide& x) {
-    return Wide(sleef_atan2(static_cast<Register>(y), static_cast<Register>(x)));
+    return Wide(static_cast<Register>(xsimd::atan2(Batch(static_cast<Register>(y)), Batch(static_cast<Register>(x)))));
   }
   static void sine_cosine(const Wide& angle, Wide& sine, Wide& cosine) {
-    const auto both = sleef_sincos(static_cast<Register>(angle));
-    sine = Wide(both.x);
-    cosine = Wide(both.y);
+    const auto both = xsimd::sincos(Batch(static_cast<Register>(angle)));
+    sine = Wide(static_cast<Register>(both.first));
+    cosine = Wide(static_cast<Register>(both.second));
   }
 };
 

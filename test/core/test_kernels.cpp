@@ -90,6 +90,25 @@ TEST(Kernels, SayWhetherTheDerivativeIsFinite) {
   }
 }
 
+TEST(Kernels, HeadingsAreThoseOfTheStandardLibrary) {
+  test::Random random(34);
+  const inputs::Scenario s = train(33, random);
+  for (const std::string& name : model::DerailmentModel::instruction_sets(33)) {
+    const model::DerailmentModel m(s, name);
+    model::StateVector y = model::StateVector::Zero(m.size());
+    Eigen::ArrayXd cosine, sine;
+    for (const double range : {1e-9, 0.1, 1.6, 7.0, 1e3, 1e6}) {
+      auto theta = model::motion(y.data(), m.car_count()).col(model::THETA);
+      for (Eigen::Index k = 0; k < m.car_count(); ++k) theta[k] = random.uniform(-range, range);
+      m.headings(y.data(), cosine, sine);
+      for (Eigen::Index k = 0; k < m.car_count(); ++k) {
+        EXPECT_NEAR(cosine[k], std::cos(theta[k]), 4e-16) << name << ' ' << theta[k];
+        EXPECT_NEAR(sine[k], std::sin(theta[k]), 4e-16) << name << ' ' << theta[k];
+      }
+    }
+  }
+}
+
 TEST(Kernels, GapsAreThoseOfThePins) {
   test::Random random(32);
   const inputs::Scenario s = train(23, random);
