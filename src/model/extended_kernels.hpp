@@ -16,7 +16,7 @@ struct ExtendedArrays {
   const inputs::Rails* rails;
   double cos_limit;  // of the coupler's swing
   double grade;      // sine of the slope
-  bool rails_on, by_slip;
+  bool rails_on, by_slip, straight;
   const double *half_length, *half_spacing;
   const double* inverse_mass;
   const double* inverse_inertia;

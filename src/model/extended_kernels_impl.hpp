@@ -55,8 +55,36 @@ template <class B>
   return {L::max(buff), L::max(draft), -L::max(-cos_swing), L::max(end_moment)};
 }
 
-template <class B>
-[[gnu::flatten]] CouplerPeaks extended_forces(const ExtendedArrays& a, const double* state) {
+/// Directions along the rails and to their left at some trucks.
+template <class B, bool straight>
+struct RailFrame {
+  B tx, ty;
+  RailFrame(const ExtendedArrays& a, std::ptrdiff_t truck) {
+    if constexpr (!straight) {
+      tx = Lanes<B>::load(a.tangent_x + truck);
+      ty = Lanes<B>::load(a.tangent_y + truck);
+    }
+  }
+  B along(const B& x, const B& y) const {
+    if constexpr (straight) return x;
+    else return x * tx + y * ty;
+  }
+  B across(const B& x, const B& y) const {
+    if constexpr (straight) return y;
+    else return y * tx - x * ty;
+  }
+  B x(const B& along, const B& across) const {
+    if constexpr (straight) return along;
+    else return along * tx - across * ty;
+  }
+  B y(const B& along, const B& across) const {
+    if constexpr (straight) return across;
+    else return along * ty + across * tx;
+  }
+};
+
+template <class B, bool straight>
+[[gnu::flatten]] CouplerPeaks forces_on(const ExtendedArrays& a, const double* state) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
   const CouplerPeaks peaks = couple<B>(a, state);
@@ -76,8 +104,8 @@ template <class B>
       const B load = L::load(a.load + i);
       const auto on_track = L::load(a.on_track + i) > B(0.5);
 
-      const B tx = L::load(a.tangent_x + i), ty = L::load(a.tangent_y + i);
-      const B ut = u * tx + v * ty, vn = v * tx - u * ty;
+      const RailFrame<B, straight> rail(a, i);
+      const B ut = rail.along(u, v), vn = rail.across(u, v);
       B lateral(0.0), brake(0.0);
       if (a.rails_on) {
         lateral = rail_force<B>(*a.rails, L::load(a.rail_damping + i), L::load(a.offset + i), vn);
@@ -94,13 +122,12 @@ template <class B>
 
       brake = select(on_track, brake, B(0.0));
       lateral = select(on_track, lateral, B(0.0));
-      const B tfx = select(on_track, B(brake * tx - lateral * ty), g.x);
-      const B tfy = select(on_track, B(brake * ty + lateral * tx), g.y);
+      const B tfx = select(on_track, rail.x(brake, lateral), g.x), tfy = select(on_track, rail.y(brake, lateral), g.y);
       L::store(brake, a.brake + i);
       L::store(lateral, a.lateral + i);
       L::store(tfx, a.truck_x + i);
       L::store(tfy, a.truck_y + i);
-      const B gx = tfx - a.grade * load * tx, gy = tfy - a.grade * load * ty;
+      const B slope = -a.grade * load, gx = tfx + rail.x(slope, B(0.0)), gy = tfy + rail.y(slope, B(0.0));
       fx = fx + gx;
       fy = fy + gy;
       moment = moment + rx * gy - ry * gx;
@@ -113,7 +140,12 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] StepWork extended_work(const ExtendedArrays& a, const double* before, const double* after, double h) {
+CouplerPeaks extended_forces(const ExtendedArrays& a, const double* state) {
+  return a.straight ? forces_on<B, true>(a, state) : forces_on<B, false>(a, state);
+}
+
+template <class B, bool straight>
+[[gnu::flatten]] StepWork work_on(const ExtendedArrays& a, const double* before, const double* after, double h) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
   static constexpr double kLane[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
@@ -130,7 +162,8 @@ template <class B>
       const std::ptrdiff_t i = end + k;
       const B arm = end == 0 ? L::load(a.half_spacing + k) : B(-L::load(a.half_spacing + k));
       const B u = vx - w * arm * s, v = vy + w * arm * c;
-      const B tx = L::load(a.tangent_x + i), ty = L::load(a.tangent_y + i), ut = u * tx + v * ty, vn = v * tx - u * ty;
+      const RailFrame<B, straight> rail(a, i);
+      const B ut = rail.along(u, v), vn = rail.across(u, v);
       const B brake = L::load(a.brake + i) * ut, lateral = L::load(a.lateral + i) * vn;
       const B all = L::load(a.truck_x + i) * u + L::load(a.truck_y + i) * v;
       const B held = L::load(a.on_track + i);
@@ -149,6 +182,11 @@ template <class B>
     damping = damping - fresh * L::load(a.damper + i) * (rx * L::load(a.ux + i) + ry * L::load(a.uy + i));
   });
   return {h * L::sum(on_track), h * L::sum(off_track), h * L::sum(rails), h * L::sum(damping), h * L::sum(grade)};
+}
+
+template <class B>
+StepWork extended_work(const ExtendedArrays& a, const double* before, const double* after, double h) {
+  return a.straight ? work_on<B, true>(a, before, after, h) : work_on<B, false>(a, before, after, h);
 }
 
 template <class B>

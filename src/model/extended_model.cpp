@@ -176,7 +176,7 @@ StateVector ExtendedModel::initial_state() const {
 
 ExtendedArrays ExtendedModel::arrays() {
   return {car_count(), &coupler_, &ground_, &rails_, cos_limit_, grade_, rails_on_,
-          ground_.off_track_law == inputs::OffTrackLaw::by_slip, half_length_.data(), half_spacing_.data(), inverse_mass_.data(),
+          ground_.off_track_law == inputs::OffTrackLaw::by_slip, track_.straight(), half_length_.data(), half_spacing_.data(), inverse_mass_.data(),
           inverse_inertia_.data(), alive_.data(), damping_.data(), on_track_.data(), offset_.data(), tangent_x_.data(),
           tangent_y_.data(), load_.data(), rail_damping_.data(), along_.data(), patch_.data(), cos_.data(), sin_.data(),
           axial_.data(), damper_.data(), ux_.data(), uy_.data(), cos_swing_.data(), end_moment_.data(), pin_x_.data(),
