@@ -90,7 +90,7 @@ def _point_legend():
 
 def against_real(summary, rows):
     """Predicted median and interval over the real count; on the diagonal they agree."""
-    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 3.5)
+    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 3.75)
     real = rows['cars_derailed']
     end = 1.05 * max(real.max(), rows['predicted_high'].max())
     ax.plot([0.0, end], [0.0, end], color='black', linewidth=0.8)
