@@ -51,9 +51,9 @@ TEST_P(Methods, KeepEnergyAndMomentaWithoutGround) {
     swing = std::max(swing, e.coupler_swing / energy);
   }
   EXPECT_EQ(sim.outcome().ended, outcome::Ended::running);
-  // It was a brawl: thousandths of the whole kinetic energy went through the couplers.
-  EXPECT_GT(axial, 1e-3);
-  EXPECT_GT(swing, 1e-3);
+  // It was a brawl: ten thousand times what may be missing went through the couplers (how much exactly is chance).
+  EXPECT_GT(axial, 1e-4);
+  EXPECT_GT(swing, 1e-4);
 }
 
 TEST_P(Methods, MirrorTheRunExactlyWhenTheYawIsMirrored) {

@@ -67,7 +67,7 @@ TEST(Kernels, AgreeWithThePlainVersion) {
       }
     }
   }
-  if (compared == 0) GTEST_SKIP() << "this processor has the plain version only";
+  if (compared == 0) EXPECT_EQ(model::DerailmentModel::instruction_sets(1000), std::vector<std::string>{"plain"});
 }
 
 TEST(Kernels, SayWhetherTheDerivativeIsFinite) {

@@ -8,6 +8,7 @@ import argparse
 import csv
 import glob
 import os
+import re
 import shutil
 import subprocess
 
@@ -69,7 +70,7 @@ class AccidentTable(PlotTest):
         with open(os.path.join(CONFIG, 'accident.yaml'), encoding='utf-8') as file:
             text = file.read()
         with open(source, 'w', encoding='utf-8') as file:
-            file.write(text.replace('force: 0.057 ', 'force: 0.061 ').replace('yaw_rate: 0.11 ', 'yaw_rate: 0.123 '))
+            file.write(re.sub(r'(\n  (force|yaw_rate)): [\d.]+ ', lambda m: f"{m[1]}: {'0.061' if m[2] == 'force' else '0.123'} ", text))
         kept, accident_table.ACCIDENTS = accident_table.ACCIDENTS, folder
         self.addCleanup(setattr, accident_table, 'ACCIDENTS', kept)
         accident_table.parts(argparse.Namespace(what=[source]))
