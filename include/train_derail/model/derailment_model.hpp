@@ -33,7 +33,7 @@ class DerailmentModel final : public TrainModel {
   /// x of the foremost car that has not derailed [m]; minus infinity if all have.
   double foremost_on_track(const double* y) const;
 
-  /// dydt = f(y); both of length size().
+  /// dydt = f(y); both of length size(). False if dydt is not finite.
   bool derivative(const double* y, double* dydt) const;
 
   /// Jacobian of derivative() in the band ordering: index of (car, coordinate) is 6 car + coordinate, work terms last.
