@@ -57,7 +57,7 @@ TRAIN_DERAIL_WIDE double sum_of(const double* x, std::ptrdiff_t n) {
   return sum;
 }
 
-/// Rounded to single precision: a norm needs no more, and the division costs a third.
+/// Rounded to single precision: a norm needs no more, and the division is cheaper.
 TRAIN_DERAIL_WIDE void weights(double rtol, double atol, const double* y, double* w, std::ptrdiff_t n) {
 #pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < n; ++i) w[i] = 1.0F / static_cast<float>(rtol * std::abs(y[i]) + atol);

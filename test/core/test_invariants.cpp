@@ -28,7 +28,7 @@ TEST_P(Methods, KeepEnergyAndMomentaWithoutGround) {
   s.solver.method = GetParam();
   test::set_friction(s, 0.0, 0.0);
   test::set_tolerance(s, GetParam() == Method::bdf ? 1e-12 : 1e-11);
-  s.coupler.swing_stiffness = 5e6;  // so that swing energy has its share
+  s.coupler.swing_stiffness = 2e7;  // so that swing energy has its share
   const model::DerailmentModel reference(s);
   simulation::Simulation sim(s, brawl(s, cars));
   const double energy = reference.energy(sim.state().data()).total();
@@ -37,8 +37,9 @@ TEST_P(Methods, KeepEnergyAndMomentaWithoutGround) {
   const auto q = model::motion(sim.state().data(), cars);
   for (int k = 0; k < cars; ++k) size += sim.cars()[0].mass * (std::abs(q(k, model::X)) + 10.0) * 15.0;
   double axial = 0.0, swing = 0.0;
-  for (int i = 1; i <= 100; ++i) {
-    sim.advance(0.02 * i);
+  // Often enough to meet the peaks of the short pushes.
+  for (int i = 1; i <= 400; ++i) {
+    sim.advance(0.005 * i);
     const model::EnergyLedger e = reference.energy(sim.state().data());
     const model::Momentum p = reference.momentum(sim.state().data());
     // 1e-8 relative is a thousand steps' worth of the tolerance, the dense output included.
@@ -51,9 +52,9 @@ TEST_P(Methods, KeepEnergyAndMomentaWithoutGround) {
     swing = std::max(swing, e.coupler_swing / energy);
   }
   EXPECT_EQ(sim.outcome().ended, outcome::Ended::running);
-  // It was a brawl: ten thousand times what may be missing went through the couplers (how much exactly is chance).
-  EXPECT_GT(axial, 1e-4);
-  EXPECT_GT(swing, 1e-4);
+  // It was a brawl: thousandths of the whole kinetic energy went through the couplers.
+  EXPECT_GT(axial, 1e-3);
+  EXPECT_GT(swing, 1e-3);
 }
 
 TEST_P(Methods, MirrorTheRunExactlyWhenTheYawIsMirrored) {
