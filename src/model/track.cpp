@@ -36,12 +36,11 @@ TRAIN_DERAIL_WIDE void subtract_interpolated(std::ptrdiff_t n, const double* tab
 }
 
 /// `last`: the last bin of `torn`.
-TRAIN_DERAIL_WIDE double sum_of_torn(std::ptrdiff_t n, const double* torn, double per_bin, double behind, double last, const double* s,
-                                     const double* held) {
+TRAIN_DERAIL_WIDE double sum_of_torn(std::ptrdiff_t n, const double* torn, TornBins bins, double last, const double* s, const double* held) {
   double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const double b = s[i] * per_bin + behind, inside = b >= 0.0 && b < last + 1.0 ? 1.0 : 0.0;
+    const double b = bins.of(s[i]), inside = b >= 0.0 && b < last + 1.0 ? 1.0 : 0.0;
     double bin = b > 0.0 ? b : 0.0;  // also if not a number
     bin = bin > last ? last : bin;
     sum += held[i] * inside * torn[static_cast<int>(bin)];
@@ -52,7 +51,7 @@ TRAIN_DERAIL_WIDE double sum_of_torn(std::ptrdiff_t n, const double* torn, doubl
 }  // namespace
 
 bool Track::any_torn(std::ptrdiff_t n, const double* s, const double* held) const {
-  return !torn_.empty() && sum_of_torn(n, torn_.data(), per_torn_bin_, torn_behind_, static_cast<double>(torn_.size() - 1), s, held) > 0.0;
+  return !torn_.empty() && sum_of_torn(n, torn_.data(), torn_bins_, static_cast<double>(torn_.size() - 1), s, held) > 0.0;
 }
 
 void Track::subtract_alignment(std::ptrdiff_t n, const double* s, const double* held, double* offset) const {
@@ -67,10 +66,10 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
   s_min_ = s_min;
   const auto bins = static_cast<std::size_t>(std::ceil((s_max - s_min) / kBin)) + 2;
   if (scenario.rails.torn_length > 0.0) {
-    per_torn_bin_ = 1.0 / scenario.rails.torn_length;
+    const double per_length = 1.0 / scenario.rails.torn_length;
     // A bin begins at the point of derailment: what leaves the rails there does not tear up the track before it.
-    torn_behind_ = std::ceil(-s_min * per_torn_bin_);
-    torn_.assign(static_cast<std::size_t>(torn_behind_ + s_max * per_torn_bin_) + 1, 0.0);
+    torn_bins_ = {per_length, std::ceil(-s_min * per_length)};
+    torn_.assign(static_cast<std::size_t>(torn_bins_.of(s_max)) + 1, 0.0);
   }
 
   const inputs::Perturbation& p = scenario.initial.perturbation;
@@ -142,11 +141,11 @@ double Track::foot(const Eigen::Vector2d& p, double s) const {
 }
 
 void Track::tear(double s) {
-  const double b = s * per_torn_bin_ + torn_behind_;
+  const double b = torn_bins_.of(s);
   if (!(b >= 0.0 && b < static_cast<double>(torn_.size()))) return;
   torn_[static_cast<std::size_t>(b)] = 1.0;
-  torn_from_ = std::min(torn_from_, s - 1.0 / per_torn_bin_);
-  torn_to_ = std::max(torn_to_, s + 1.0 / per_torn_bin_);
+  torn_from_ = std::min(torn_from_, s - 1.0 / torn_bins_.per_length);
+  torn_to_ = std::max(torn_to_, s + 1.0 / torn_bins_.per_length);
 }
 
 }  // namespace train_derail::model

@@ -21,6 +21,17 @@ inputs::Scenario train(int cars, test::Random& random) {
   return s;
 }
 
+/// check(name, model, state): a random train in a random state, in every version of the kernels.
+template <typename Check>
+void with_each_kernel(int cars, Check&& check) {
+  test::Random random(33);
+  const inputs::Scenario s = train(cars, random);
+  for (const std::string& name : model::DerailmentModel::instruction_sets(cars)) {
+    model::DerailmentModel m(s, name);
+    check(name, m, test::random_state(m, random));
+  }
+}
+
 TEST(Kernels, PlainIsAlwaysThereAndOthersAreNamed) {
   EXPECT_EQ(model::DerailmentModel::instruction_sets(1), std::vector<std::string>{"plain"});
   EXPECT_EQ(model::DerailmentModel::instruction_sets(1000).back(), "plain");
@@ -67,15 +78,13 @@ TEST(Kernels, AgreeWithThePlainVersion) {
       }
     }
   }
-  if (compared == 0) EXPECT_EQ(model::DerailmentModel::instruction_sets(1000), std::vector<std::string>{"plain"});
+  if (compared == 0) {
+    EXPECT_EQ(model::DerailmentModel::instruction_sets(1000), std::vector<std::string>{"plain"});
+  }
 }
 
 TEST(Kernels, SayWhetherTheDerivativeIsFinite) {
-  test::Random random(33);
-  const inputs::Scenario s = train(21, random);
-  for (const std::string& name : model::DerailmentModel::instruction_sets(21)) {
-    const model::DerailmentModel m(s, name);
-    const model::StateVector y = test::random_state(m, random);
+  with_each_kernel(21, [](const std::string& name, model::DerailmentModel& m, const model::StateVector& y) {
     model::StateVector rate(y.size());
     EXPECT_TRUE(m.derivative(y.data(), rate.data())) << name;
     for (Eigen::Index i = 0; i < model::kCoordinates * m.car_count(); ++i) {
@@ -87,7 +96,7 @@ TEST(Kernels, SayWhetherTheDerivativeIsFinite) {
         EXPECT_EQ(found, rate.allFinite()) << name << " component " << i << " is " << bad;
       }
     }
-  }
+  });
 }
 
 TEST(Kernels, HeadingsAreThoseOfTheStandardLibrary) {
@@ -110,11 +119,7 @@ TEST(Kernels, HeadingsAreThoseOfTheStandardLibrary) {
 }
 
 TEST(Kernels, GapsAreThoseOfThePins) {
-  test::Random random(32);
-  const inputs::Scenario s = train(23, random);
-  for (const std::string& name : model::DerailmentModel::instruction_sets(23)) {
-    const model::DerailmentModel m(s, name);
-    const model::StateVector y = test::random_state(m, random);
+  with_each_kernel(23, [](const std::string& name, model::DerailmentModel& m, const model::StateVector& y) {
     Eigen::ArrayXd gap, rate;
     m.gaps(y.data(), gap, rate);
     ASSERT_EQ(gap.size(), 22);
@@ -122,18 +127,14 @@ TEST(Kernels, GapsAreThoseOfThePins) {
     for (Eigen::Index i = 0; i < 22; ++i) {
       const model::PointMotion lead = m.rear_pin(y.data(), i), trail = m.front_pin(y.data(), i + 1);
       const Eigen::Vector2d d = lead.position - trail.position;
-      EXPECT_NEAR(gap[i], d.norm(), 1e-12);
+      EXPECT_NEAR(gap[i], d.norm(), 1e-12) << name;
       EXPECT_NEAR(rate[i], d.normalized().dot(lead.velocity - trail.velocity), 1e-11);
     }
-  }
+  });
 }
 
 TEST(Kernels, WholeTrainFunctionsAreThoseOfEachCarAndCoupler) {
-  test::Random random(33);
-  const inputs::Scenario s = train(23, random);
-  for (const std::string& name : model::DerailmentModel::instruction_sets(23)) {
-    model::DerailmentModel m(s, name);
-    const model::StateVector y = test::random_state(m, random);
+  with_each_kernel(23, [](const std::string& name, model::DerailmentModel& m, const model::StateVector& y) {
     Eigen::ArrayXd cosine, sine;
     m.headings(y.data(), cosine, sine);
     double foremost = -inputs::kInfinity;
@@ -156,7 +157,7 @@ TEST(Kernels, WholeTrainFunctionsAreThoseOfEachCarAndCoupler) {
     }
     for (Eigen::Index k = 1; k < 23; ++k) m.derail(k);
     EXPECT_EQ(m.foremost_on_track(y.data()), -inputs::kInfinity) << name;
-  }
+  });
 }
 
 /// State after `steps` steps of 2 ms with everything switched on.

@@ -12,6 +12,13 @@
 
 namespace train_derail::model {
 
+/// Stretches of rails.torn_length that are torn up as a whole.
+struct TornBins {
+  double per_length = 0.0, behind = 0.0;  // 1/m, bins before the point of derailment
+  /// The bin, counted from 0, that arc length s [m] lies in, with what is beyond its begin as a fraction.
+  double of(double s) const { return s * per_length + behind; }
+};
+
 class Track {
  public:
   /// Knows arc lengths from `s_min` to `s_max` [m] and all curves; beyond them the track is straight and whole.
@@ -44,7 +51,7 @@ class Track {
 
   bool torn(double s) const {
     if (torn_.empty()) return false;
-    const double b = s * per_torn_bin_ + torn_behind_;
+    const double b = torn_bins_.of(s);
     return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] > 0.0;
   }
   /// Least and largest arc length that may be torn; the first is larger if none is [m].
@@ -59,11 +66,12 @@ class Track {
  private:
   static constexpr double kBin = 5.0 * inputs::kFoot;
 
-  double s_min_, per_torn_bin_ = 0.0, torn_behind_ = 0.0;  // m, 1/m, bins before the point of derailment
+  double s_min_;  // m
   std::vector<double> alignment_;   // every kBin; the same beyond the ends as at them
   double last_bin_ = 0.0;
   std::vector<Node> nodes_;         // every kBin, if there are curves
-  std::vector<double> torn_;        // bins of torn_length: 1 if torn, else 0
+  TornBins torn_bins_;
+  std::vector<double> torn_;        // a bin each: 1 if torn, else 0
   double torn_from_ = inputs::kInfinity, torn_to_ = -inputs::kInfinity;
 };
 
