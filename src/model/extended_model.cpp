@@ -235,10 +235,11 @@ bool ExtendedModel::derailed(Eigen::Index car) const {
   return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
 }
 
-double ExtendedModel::off_centre(Eigen::Index car, const Eigen::Vector2d& point) const {
-  if (track_.straight()) return point.y();
-  const Track::Node n = track_.at(track_.foot(point, arc_[truck(car, FRONT)]));
-  return (point - n.point).dot(Eigen::Vector2d(-n.tangent.y(), n.tangent.x()));
+TrackPlace ExtendedModel::track_place(Eigen::Index car, const Eigen::Vector2d& point) const {
+  if (track_.straight()) return TrainModel::track_place(car, point);
+  const double s = track_.foot(point, arc_[truck(car, FRONT)]);
+  const Track::Node n = track_.at(s);
+  return {s, (point - n.point).dot(Eigen::Vector2d(-n.tangent.y(), n.tangent.x())), n.tangent};
 }
 
 void ExtendedModel::accelerations(double t, double h, const double* y, double* result) {

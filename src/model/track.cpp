@@ -131,7 +131,8 @@ double Track::nearest(const Eigen::Vector2d& p) const {
 
 double Track::foot(const Eigen::Vector2d& p, double s) const {
   if (straight()) return p.x();
-  for (int i = 0; i < 3; ++i) {
+  // Each pass takes the error to that times offset / radius.
+  for (int i = 0; i < 20; ++i) {
     const Node n = at(s);
     const double ahead = (p - n.point).dot(n.tangent);
     s += ahead;

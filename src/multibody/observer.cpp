@@ -118,7 +118,9 @@ void Observer::report(const std::vector<CarMotion>& motion, const std::vector<ch
     footprints.push_back(footprint(train_[k], motion[k]));
     counted.push_back(past[k] != 0 || off_track_[k] != 0);
   }
-  o.pile_up = outcome::pile_up(footprints, counted);
+  o.pile_up = outcome::pile_up(footprints, counted, [](std::size_t, const Eigen::Vector2d& point) {
+    return model::TrackPlace{point.x(), point.y(), Eigen::Vector2d::UnitX()};
+  });
 }
 
 }  // namespace train_derail::multibody

@@ -162,7 +162,7 @@ void Monitor::sample(double t, const double* y) {
     for (Eigen::Index k = 0; k < n; ++k) {
       const model::CarMotion car = motion(y, k);
       for (const double arm : {half_spacing_[k], -half_spacing_[k]}) {
-        astray_[k] = std::max(astray_[k], std::abs(model_.off_centre(k, car.point(arm).position)));
+        astray_[k] = std::max(astray_[k], std::abs(model_.track_place(k, car.point(arm).position).offset));
       }
     }
   }
@@ -236,7 +236,9 @@ PileUp Monitor::pile_up(const double* y) const {
     footprints.push_back(footprint(k, model_.car_motion(y, k)));
     counted.push_back(model_.derailed(k) || off_track(k));
   }
-  return outcome::pile_up(footprints, counted);
+  return outcome::pile_up(footprints, counted, [this](std::size_t car, const Eigen::Vector2d& point) {
+    return model_.track_place(static_cast<Eigen::Index>(car), point);
+  });
 }
 
 void Monitor::report_incidents(const model::Incidents& incidents, Outcome& o) const {

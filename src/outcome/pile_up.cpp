@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <boost/geometry.hpp>
 #include <boost/geometry/geometries/multi_point.hpp>
 #include <boost/geometry/geometries/point_xy.hpp>
@@ -11,33 +12,37 @@
 
 namespace train_derail::outcome {
 
-PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool>& counted) {
+PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool>& counted, const PlaceByTrack& place) {
   namespace bg = boost::geometry;
   using Point = bg::model::d2::point_xy<double>;
   bg::model::multi_point<Point> corners;
   PileUp p;
   bool beside = false;
-  std::vector<std::pair<double, double>> extents;  // along x, of the counted cars that lie askew
+  Eigen::AlignedBox2d extent;                      // arc length, offset
+  std::vector<std::pair<double, double>> extents;  // along the track, of the counted cars that lie askew
   for (std::size_t k = 0; k < cars.size(); ++k) {
     if (counted[k] && !beside) ++p.groups;
     beside = counted[k];
     if (!counted[k]) continue;
     const model::Footprint& f = cars[k];
-    if (std::abs(f.axis.x()) < 0.5) ++p.cars_across;
+    const model::TrackPlace middle = place(k, f.centre);
+    const double cosine = std::abs(f.axis.dot(middle.tangent));
+    if (cosine < 0.5) ++p.cars_across;
     for (const double i : {-1.0, 1.0}) {
       for (const double j : {-1.0, 1.0}) {
         const Eigen::Vector2d c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
         bg::append(corners, Point(c.x(), c.y()));
+        const model::TrackPlace corner = place(k, c);
+        extent.extend(Eigen::Vector2d(corner.s, corner.offset));
       }
     }
-    if (std::abs(f.axis.x()) >= kHeapCosine) continue;
-    const double reach = f.reach(Eigen::Vector2d::UnitX());
-    extents.emplace_back(f.centre.x() - reach, f.centre.x() + reach);
+    if (cosine >= kHeapCosine) continue;
+    const double reach = f.reach(middle.tangent);
+    extents.emplace_back(middle.s - reach, middle.s + reach);
   }
   if (bg::is_empty(corners)) return p;
-  const auto box = bg::return_envelope<bg::model::box<Point>>(corners);
-  p.length = box.max_corner().x() - box.min_corner().x();
-  p.width = box.max_corner().y() - box.min_corner().y();
+  p.length = extent.sizes().x();
+  p.width = extent.sizes().y();
   std::sort(extents.begin(), extents.end());
   for (std::size_t i = 0; i < extents.size();) {
     const std::size_t first = i;

@@ -116,7 +116,7 @@ TEST_P(OnACurve, ATrainFollowsTheTrackAtItsSpeed) {
     for (Eigen::Index k = 0; k < 8; ++k) {
       EXPECT_NEAR(std::hypot(train.car(k).vx, train.car(k).vy), 15.0, 0.05);
       for (const auto& truck : {train.model().front_truck(train.data(), k), train.model().rear_truck(train.data(), k)}) {
-        EXPECT_LT(std::abs(train.model().off_centre(k, truck.position)), 3.0 * std::abs(deflection) + 1e-3);
+        EXPECT_LT(std::abs(train.model().track_place(k, truck.position).offset), 3.0 * std::abs(deflection) + 1e-3);
       }
     }
     in_the_arc = in_the_arc || std::abs(train.car(0).omega - 15.0 * GetParam()) < 0.1 * 15.0 * std::abs(GetParam());
@@ -141,8 +141,8 @@ TEST_P(OnACurve, TheRailsPushWithTheCentripetalForce) {
   const int samples = 1000;
   for (int i = 0; i < samples; ++i) {
     train.to(4.0 + 0.01 * i);
-    offset += 0.5 * (train.model().off_centre(0, train.model().front_truck(train.data(), 0).position) +
-                     train.model().off_centre(0, train.model().rear_truck(train.data(), 0).position)) / samples;
+    offset += 0.5 * (train.model().track_place(0, train.model().front_truck(train.data(), 0).position).offset +
+                     train.model().track_place(0, train.model().rear_truck(train.data(), 0).position).offset) / samples;
   }
   const double expected = -train.model().cars()[0].mass * 400.0 * GetParam() / (2.0 * s.rails.stiffness);
   EXPECT_NEAR(offset / expected, 1.0, 0.05);
@@ -176,7 +176,7 @@ TEST(HorseshoeCurve, HoldsATrainThatIsLongerThanItsDiameter) {
   s.track.curves = {{-800.0, 720.0, 1.0 / 186.0}};
   Train train(s);
   for (Eigen::Index k = 0; k < 50; ++k) {
-    EXPECT_LT(std::abs(train.model().off_centre(k, train.model().rear_truck(train.data(), k).position)), 2e-3) << k;
+    EXPECT_LT(std::abs(train.model().track_place(k, train.model().rear_truck(train.data(), k).position).offset), 2e-3) << k;
   }
   train.to(2.0);
   for (const model::Derailment& d : train.incidents().derailments) EXPECT_EQ(d.car, 0);

@@ -1,7 +1,8 @@
 // What a run yields, in cases whose answer is known.
 #include <gtest/gtest.h>
 
-#include "fixtures.hpp"
+#include "extended_fixtures.hpp"
+#include "train_derail/outcome/pile_up.hpp"
 
 namespace train_derail {
 namespace {
@@ -134,6 +135,34 @@ TEST(PileUp, IsTheExtentOfTheFootprintsOffTheTrack) {
   EXPECT_NEAR(p.length, 10.0 + reach_x(0.3) - (-15.0 - reach_x(1.2)), 1e-9);
   const double top = std::max(reach_y(0.3), 4.0 + reach_y(1.2)), bottom = std::min(-reach_y(0.3), 4.0 - reach_y(1.2));
   EXPECT_NEAR(p.width, top - bottom, 1e-9);
+}
+
+TEST(PileUp, GoesAlongACurvedTrack) {
+  // Six cars on an arc to the right: two of them across it, the last one does not count.
+  constexpr double kRadius = 200.0, kHalfLength = 8.0, kHalfWidth = 1.5;
+  inputs::Scenario s = test::on_rails(6);
+  s.track.curves = {{-400.0, 500.0, -1.0 / kRadius}};
+  const model::ExtendedModel model(s);
+  const Eigen::Vector2d middle(0.0, -kRadius);
+  std::vector<model::Footprint> cars;
+  for (const double arc : {-40.0, -60.0, -80.0, -110.0, -130.0, -300.0}) {
+    const double angle = -arc / kRadius;  // to +x, the direction at the point of derailment
+    const Eigen::Vector2d out(-std::sin(angle), std::cos(angle)), along(std::cos(angle), std::sin(angle));
+    const bool across = arc == -110.0 || arc == -130.0;
+    cars.push_back({middle + kRadius * out, across ? out : along, kHalfLength, kHalfWidth});
+  }
+  std::vector<bool> counted(6, true);
+  counted.back() = false;
+  const outcome::PileUp p = outcome::pile_up(cars, counted, [&](std::size_t car, const Eigen::Vector2d& point) {
+    return model.track_place(static_cast<Eigen::Index>(car), point);
+  });
+  const double ahead = -40.0 + kRadius * std::atan(kHalfLength / (kRadius - kHalfWidth));
+  const double behind = -130.0 - kRadius * std::atan(kHalfWidth / (kRadius - kHalfLength));
+  EXPECT_NEAR(p.length, ahead - behind, 1e-3);
+  EXPECT_NEAR(p.width, std::hypot(kRadius + kHalfLength, kHalfWidth) - std::hypot(kRadius - kHalfLength, kHalfWidth), 1e-3);
+  EXPECT_EQ(p.cars_across, 2);
+  EXPECT_EQ(p.main_cars, 1);  // 17 m between the two
+  EXPECT_NEAR(p.main_length, 2.0 * kHalfWidth, 1e-3);
 }
 
 TEST(RelativeSpeed, IsThatOfTheFacingPins) {

@@ -157,7 +157,7 @@ TEST(Rails, LetGoInACurveAtTheSpeedOfTheirLimit) {
       ASSERT_FALSE(left.empty()) << turn;
       EXPECT_EQ(left[0].cause, Cause::lateral);
       // It runs off to the outside.
-      EXPECT_LT(turn * train.model().off_centre(left[0].car, {left[0].x, left[0].y}), 0.0);
+      EXPECT_LT(turn * train.model().track_place(left[0].car, {left[0].x, left[0].y}).offset, 0.0);
     }
   }
 }

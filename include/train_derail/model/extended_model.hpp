@@ -45,7 +45,7 @@ class ExtendedModel final : public TrainModel {
   void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const override;
   EnergyLedger energy(const double* y) const override;
   bool straight_track() const override { return track_.straight(); }
-  double off_centre(Eigen::Index car, const Eigen::Vector2d& point) const override;
+  TrackPlace track_place(Eigen::Index car, const Eigen::Vector2d& point) const override;
   const Incidents* incidents() const override { return &incidents_; }
 
  private:

@@ -1,4 +1,4 @@
-// Footprints of cars on the ground: oriented rectangles, and whether two of them touch.
+// Footprints of cars on the ground: oriented rectangles, where they lie by the track, and whether two of them touch.
 #pragma once
 
 #include <cmath>
@@ -18,6 +18,13 @@ struct Footprint {
   double reach(const Eigen::Vector2d& direction) const {
     return half_length * std::abs(axis.dot(direction)) + half_width * std::abs(side().dot(direction));
   }
+};
+
+/// Where a point of a car lies by the track.
+struct TrackPlace {
+  double s;                 // arc length of the foot of its perpendicular on the centre line [m]
+  double offset;            // distance from the centre line, left positive [m]
+  Eigen::Vector2d tangent;  // of the centre line at the foot, unit vector
 };
 
 struct Touch {

@@ -9,6 +9,7 @@
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/coupler_law.hpp"
 #include "train_derail/model/energy_ledger.hpp"
+#include "train_derail/model/footprint.hpp"
 #include "train_derail/model/incidents.hpp"
 #include "train_derail/model/state.hpp"
 #include "train_derail/model/train.hpp"
@@ -81,8 +82,9 @@ class TrainModel {
   Momentum momentum(const double* y) const;
 
   virtual bool straight_track() const { return true; }
-  /// Distance of a point of a car from the centre line of the track, left positive [m].
-  virtual double off_centre(Eigen::Index /*car*/, const Eigen::Vector2d& point) const { return point.y(); }
+  virtual TrackPlace track_place(Eigen::Index /*car*/, const Eigen::Vector2d& point) const {
+    return {point.x(), point.y(), Eigen::Vector2d::UnitX()};
+  }
 
   /// What the model itself has noted; null if it notes nothing and everything follows from states.
   virtual const Incidents* incidents() const { return nullptr; }

@@ -44,13 +44,13 @@ struct PeakForce {
 
 /// Extent of the footprints of the cars that have derailed or are off the track.
 struct PileUp {
-  double length = 0.0;  // along x [m]
-  double width = 0.0;   // along y [m]
+  double length = 0.0;  // along the track [m]
+  double width = 0.0;   // across it [m]
   double area = 0.0;    // of the convex hull [m^2]
-  int cars_across = 0;  // stand at more than 60 degrees to x
+  int cars_across = 0;  // stand at more than 60 degrees to the track
   int groups = 0;       // of derailed cars next to each other in the train
-  int main_cars = 0;         // in the largest heap: cars turned by more than 30 degrees, along x no gap longer than kHeapGap
-  double main_length = 0.0;  // of that heap, along x [m]
+  int main_cars = 0;         // in the largest heap: cars turned by more than 30 degrees, along the track no gap longer than kHeapGap
+  double main_length = 0.0;  // of that heap, along the track [m]
 };
 inline constexpr double kHeapGap = 15.0;                     // m
 inline constexpr double kHeapCosine = 0.86602540378443865;  // of 30 degrees

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "train_derail/model/footprint.hpp"
@@ -7,7 +8,10 @@
 
 namespace train_derail::outcome {
 
-/// Where the counted cars lie; both arguments in the order of the train.
-PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool>& counted);
+/// Where a point of a car, counted from 0, lies by the track.
+using PlaceByTrack = std::function<model::TrackPlace(std::size_t car, const Eigen::Vector2d& point)>;
+
+/// Where the counted cars lie; cars in the order of the train.
+PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool>& counted, const PlaceByTrack& place);
 
 }  // namespace train_derail::outcome
