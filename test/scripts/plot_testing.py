@@ -25,6 +25,24 @@ consist:
 initial: {speed: 20 mph, yaw_rate: 0.2}
 stop: {time_max: 3 s}
 """
+RAILS = """
+consist:
+  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip}
+ground: {on_track_law: rails, off_track_law: by_slip}
+initial: {speed: 1, yaw_rate: 0.1}
+stop: {time_max: 1.5}
+solver: {method: semi_implicit, fixed_step: 0.002}
+"""
+VALIDATION = """
+title: short
+scenario: rails.yaml
+plan: latin_hypercube
+samples: 3
+factors:
+  - {key: rails.derail_ratio, low: 0.8, high: 1.1}
+perturbation: {kick: 1 ft/s}
+"""
+ACCIDENT = 'speed_mph,n_cars,tons_per_car,cars_derailed'
 
 
 def script(name, *arguments, **options):
@@ -64,6 +82,14 @@ class PlotTest(unittest.TestCase):
             with open(path, 'w', encoding='utf-8') as file:
                 file.write(text)
         return path
+
+    @classmethod
+    def accidents(cls, rows):
+        """A table of accidents, each derailed at its first car, and a study for `derail validate`; `rows` in the order of ACCIDENT."""
+        lines = [f'{ACCIDENT},head_end_locos,mid_locos,rear_locos,first_car_position,cars_from_pod_to_rear']
+        lines += [','.join(str(x) for x in (*row, 0, 0, 0, 1, row[1])) for row in rows]
+        cls.path('rails.yaml', RAILS)
+        return cls.path('table.csv', '\n'.join(lines) + '\n'), cls.path('study.yaml', VALIDATION)
 
     @classmethod
     def derail(cls, *arguments):

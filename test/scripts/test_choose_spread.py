@@ -13,37 +13,12 @@ from plot_testing import PlotTest, refusal, run_tests, script
 
 import choose_spread
 
-SCENARIO = """
-consist:
-  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip}
-ground: {on_track_law: rails, off_track_law: by_slip}
-initial: {speed: 1, yaw_rate: 0.1}
-stop: {time_max: 1.0}
-solver: {method: semi_implicit, fixed_step: 0.002}
-"""
-STUDY = """
-title: short
-scenario: rails.yaml
-plan: latin_hypercube
-samples: 3
-factors:
-  - {key: rails.derail_ratio, low: 0.8, high: 1.1}
-perturbation: {kick: 1 ft/s}
-"""
-NAMES = (
-    'speed_mph,n_cars,tons_per_car,head_end_locos,mid_locos,rear_locos,first_car_position,'
-    'cars_from_pod_to_rear,cars_derailed\n'
-)
-
 
 class ChooseSpreadTest(PlotTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.path('rails.yaml', SCENARIO)
-        rows = ''.join(f'{4 + 3 * i},6,130,0,0,0,1,6,{1 + i % 4}\n' for i in range(14))
-        cls.table = cls.path('table.csv', NAMES + rows)
-        cls.study = cls.path('study.yaml', STUDY)
+        cls.table, cls.study = cls.accidents([(4 + 3 * i, 6, 130, 1 + i % 4) for i in range(14)])
 
     def test_the_choice_is_that_of_the_other_folds(self):
         # Ten rows, two a fold. The narrow one holds 8: all but rows 0 and 5, which are fold 0. The wide one holds all.

@@ -14,27 +14,6 @@ from plot_testing import PlotTest, refusal, run_tests, script
 import plot_validate
 from derail_plots import validation
 
-SCENARIO = """
-consist:
-  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip}
-ground: {on_track_law: rails, off_track_law: by_slip}
-initial: {speed: 1, yaw_rate: 0.1}
-stop: {time_max: 1.5}
-solver: {method: semi_implicit, fixed_step: 0.002}
-"""
-STUDY = """
-title: short
-scenario: rails.yaml
-plan: latin_hypercube
-samples: 3
-factors:
-  - {key: rails.derail_ratio, low: 0.8, high: 1.1}
-perturbation: {kick: 1 ft/s}
-"""
-NAMES = (
-    'speed_mph,n_cars,tons_per_car,head_end_locos,mid_locos,rear_locos,first_car_position,'
-    'cars_from_pod_to_rear,cars_derailed\n'
-)
 SPEEDS = (4, 10, 15, 16, 31, 44)
 REAL = (1, 2, 3, 2, 5, 6)
 
@@ -43,13 +22,8 @@ class PlotValidateTest(PlotTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.path('rails.yaml', SCENARIO)
-        rows = ''.join(
-            f'{v},{i + 6},{130 + i * i},0,0,0,1,{i + 6},{n}\n'
-            for i, (v, n) in enumerate(zip(SPEEDS, REAL))
-        )
-        table = cls.path('table.csv', NAMES + rows)
-        study = cls.path('study.yaml', STUDY)
+        rows = [(v, i + 6, 130 + i * i, n) for i, (v, n) in enumerate(zip(SPEEDS, REAL))]
+        table, study = cls.accidents(rows)
         cls.results = cls.path('results')
         cls.derail('validate', table, '--study', study, '--out', cls.results)
 
