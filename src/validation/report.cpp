@@ -63,6 +63,7 @@ ordered_json to_json(const Group& g) {
                    {"bias", r.score.bias},
                    {"root_mean_square_error", r.score.root_mean_square_error},
                    {"r2", r.score.r2}};
+    if (r.crps) s["crps"] = *r.crps;
     if (r.coverage) {
       s["coverage"] = r.coverage->share;
       s["interval_width"] = r.coverage->mean_width;
@@ -93,12 +94,12 @@ std::string to_table(const Validation& v) {
                                  v.failed > 0 ? fmt::format(", {} runs failed", v.failed) : "");
   text += interval_text(v) + "\n";
   for (const Group& g : v.groups) {
-    text += fmt::format("\n{} ({} rows)\n    {:<42}{:>8}{:>9}{:>9}{:>9}{:>10}{:>8}\n", g.name, g.rows, "", "MAE", "bias", "RMSE", "R2",
-                        "in 90 %", "width");
+    text += fmt::format("\n{} ({} rows)\n    {:<42}{:>8}{:>9}{:>9}{:>9}{:>8}{:>10}{:>8}\n", g.name, g.rows, "", "MAE", "bias", "RMSE", "R2",
+                        "CRPS", "in 90 %", "width");
     for (const Rated& r : g.rated) {
-      text += fmt::format("    {:<42}{:>8}{:>9}{:>9}{:>9}{:>10}{:>8}\n", title(r), number(r.score.mean_absolute_error, "{:.2f}"),
+      text += fmt::format("    {:<42}{:>8}{:>9}{:>9}{:>9}{:>8}{:>10}{:>8}\n", title(r), number(r.score.mean_absolute_error, "{:.2f}"),
                           number(r.score.bias, "{:+.2f}"), number(r.score.root_mean_square_error, "{:.2f}"),
-                          number(r.score.r2, "{:.3f}"), r.coverage ? number(100.0 * r.coverage->share, "{:.0f} %") : "",
+                          number(r.score.r2, "{:.3f}"), r.crps ? number(*r.crps, "{:.2f}") : "", r.coverage ? number(100.0 * r.coverage->share, "{:.0f} %") : "",
                           r.coverage ? number(r.coverage->mean_width, "{:.1f}") : "");
     }
     text += fmt::format("    cars ~ speed^b: b = {} real, {} predicted\n", number(g.exponent_real, "{:.2f}"),
@@ -130,7 +131,7 @@ std::string to_json(const Validation& v) {
 std::string rows_csv(const Validation& v) {
   std::string text = "line";
   for (const std::string& column : v.accidents.columns) text += "," + study::quoted(column);
-  text += ",predicted_mean,predicted_sd,predicted_low,predicted_median,predicted_high,predicted_members,stretched_low,stretched_high";
+  text += ",predicted_mean,predicted_sd,predicted_low,predicted_median,predicted_high,predicted_members,crps,stretched_low,stretched_high";
   for (const Fit& f : v.fits) text += fmt::format(",{0},{0}_left_out", to_string(f.kind));
   text += "\n";
   for (std::size_t i = 0; i < v.accidents.rows.size(); ++i) {
@@ -139,7 +140,7 @@ std::string rows_csv(const Validation& v) {
     text += fmt::format("{}", a.line);
     for (const std::string& value : a.fields) text += "," + study::quoted(value);
     for (const double value : {p.mean, p.sd, v.intervals[i].low, p.median, v.intervals[i].high}) text += "," + field(value);
-    text += fmt::format(",{},{},{}", p.count, field(v.stretched.low[i]), field(v.stretched.high[i]));
+    text += fmt::format(",{},{},{},{}", p.count, field(v.crps[i]), field(v.stretched.low[i]), field(v.stretched.high[i]));
     for (const Fit& f : v.fits) text += "," + field(f.fitted[i]) + "," + field(f.left_out[i]);
     text += "\n";
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 
@@ -62,6 +63,20 @@ Coverage coverage(const std::vector<double>& real, const std::vector<double>& lo
     if (low[i] <= real[i] && real[i] <= high[i]) inside += 1.0;
   }
   return n > 0.0 ? Coverage{inside / n, width / n} : Coverage{kNone, kNone};
+}
+
+double crps(double real, const std::vector<double>& members) {
+  std::vector<double> sorted;
+  std::copy_if(members.begin(), members.end(), std::back_inserter(sorted), [](double x) { return !std::isnan(x); });
+  if (sorted.empty()) return kNone;
+  std::sort(sorted.begin(), sorted.end());
+  const auto n = static_cast<double>(sorted.size());
+  double away = 0.0, apart = 0.0;  // apart: over all pairs
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    away += std::abs(sorted[i] - real);
+    apart += (2.0 * static_cast<double>(i) + 1.0 - n) * sorted[i];
+  }
+  return away / n - (n > 1.0 ? apart / (n * (n - 1.0)) : 0.0);
 }
 
 namespace {

@@ -41,7 +41,7 @@ Member compute(const study::Study& study, const Accident& accident, const study:
 /// Some of the rows, column by column.
 struct Columns {
   FitInputs inputs;
-  std::vector<double> real, mean, low, median, high;
+  std::vector<double> real, mean, low, median, high, crps;
   std::vector<std::vector<double>> counts;
 };
 
@@ -58,9 +58,16 @@ Columns columns(const Validation& v, const std::function<bool(const Accident&)>&
     c.low.push_back(v.intervals[i].low);
     c.median.push_back(v.predicted[i].median);
     c.high.push_back(v.intervals[i].high);
+    c.crps.push_back(v.crps[i]);
     c.counts.push_back(v.counts[i]);
   }
   return c;
+}
+
+/// Of those that are numbers.
+double mean_of(std::vector<double> values) {
+  values.erase(std::remove_if(values.begin(), values.end(), [](double x) { return std::isnan(x); }), values.end());
+  return study::spread(std::move(values)).mean;
 }
 
 Group group(const std::string& name, const Columns& c) {
@@ -68,14 +75,14 @@ Group group(const std::string& name, const Columns& c) {
   g.name = name;
   g.rows = c.real.size();
   // The median is what makes the mean absolute error least; a few members in which the whole train buckles do not move it.
-  g.rated.push_back({"simulation", "none", score(c.real, c.median), coverage(c.real, c.low, c.high)});
-  g.rated.push_back({"mean", "none", score(c.real, c.mean), {}});
-  g.rated.push_back({"stretched", "the others", score(c.real, c.median), stretch(c.real, c.low, c.median, c.high, kIntervalShare).held_out});
-  g.rated.push_back({"best_member", "the others", score(c.real, best_of_the_others(c.real, c.counts)), {}});
+  g.rated.push_back({"simulation", "none", score(c.real, c.median), coverage(c.real, c.low, c.high), mean_of(c.crps)});
+  g.rated.push_back({"mean", "none", score(c.real, c.mean), {}, {}});
+  g.rated.push_back({"stretched", "the others", score(c.real, c.median), stretch(c.real, c.low, c.median, c.high, kIntervalShare).held_out, {}});
+  g.rated.push_back({"best_member", "the others", score(c.real, best_of_the_others(c.real, c.counts)), {}, {}});
   for (const FitKind kind : kFitKinds) {
     const Fit& f = g.fits.emplace_back(fit(kind, c.inputs, c.real));
-    g.rated.push_back({to_string(kind), "these", score(c.real, f.fitted), {}});
-    g.rated.push_back({to_string(kind), "the others", score(c.real, f.left_out), {}});
+    g.rated.push_back({to_string(kind), "these", score(c.real, f.fitted), {}, {}});
+    g.rated.push_back({to_string(kind), "the others", score(c.real, f.left_out), {}, {}});
   }
   g.bands = by_speed(c.inputs.speed, c.real, c.median);
   g.exponent_real = speed_exponent(c.inputs.speed, c.real);
@@ -237,7 +244,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, const R
 }
 
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
-  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}};
+  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}};
   std::vector<std::vector<double>> counts(accidents.rows.size());
   v.counts.assign(accidents.rows.size(), std::vector<double>(static_cast<std::size_t>(v.members), std::nan("")));
   for (const Member& m : ensembles.members) {
@@ -245,6 +252,7 @@ Validation evaluate(const study::Study& study, const AccidentTable& accidents, c
     counts[m.row].push_back(m.derailed.cars);
     v.counts[m.row][static_cast<std::size_t>(m.member)] = m.derailed.cars;
   }
+  for (std::size_t i = 0; i < counts.size(); ++i) v.crps.push_back(crps(accidents.rows[i].cars_derailed, counts[i]));
   for (std::vector<double>& sample : counts) {
     v.intervals.push_back(study::predictive_interval(sample, kIntervalShare));
     v.predicted.push_back(study::spread(std::move(sample)));

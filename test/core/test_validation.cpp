@@ -165,6 +165,25 @@ TEST(Scores, EndsOfAnIntervalBelongToIt) {
   EXPECT_DOUBLE_EQ(c.mean_width, (1.0 + 3.0 + 4.0) / 3.0);
 }
 
+TEST(Scores, CrpsOfMembersByHandAndOfAKnownDistribution) {
+  // |1 - 4|, |3 - 4|, |8 - 4|; pairs 2, 7, 5 apart, mean 14 / 3.
+  EXPECT_DOUBLE_EQ(validation::crps(4.0, {3.0, NAN, 8.0, 1.0}), 8.0 / 3.0 - 7.0 / 3.0);
+  EXPECT_DOUBLE_EQ(validation::crps(4.0, {7.0}), 3.0);
+  EXPECT_TRUE(std::isnan(validation::crps(4.0, {NAN})));
+  // Uniform on [0, 1] at r: r^2 - r + 1/3.
+  std::vector<double> uniform;
+  for (int i = 0; i < 4000; ++i) uniform.push_back((i + 0.5) / 4000.0);
+  for (const double r : {0.0, 0.3, 1.0}) EXPECT_NEAR(validation::crps(r, uniform), r * r - r + 1.0 / 3.0, 1e-4);
+  // Few members are no better or worse than many: all pairs of three values.
+  double mean = 0.0;
+  for (const double a : {0.0, 1.0, 5.0}) {
+    for (const double b : {0.0, 1.0, 5.0}) mean += validation::crps(2.0, {a, b}) / 9.0;
+  }
+  std::vector<double> many;
+  for (int i = 0; i < 3000; ++i) many.push_back(i < 1000 ? 0.0 : i < 2000 ? 1.0 : 5.0);
+  EXPECT_NEAR(mean, validation::crps(2.0, many), 2e-3);
+}
+
 TEST(Scores, BandsOfSpeedAsInPublishedTables) {
   const auto bands = validation::by_speed({4.0, 5.0, 10.0, 15.0, 16.0, 20.0}, {1.0, 2.0, 6.0, 8.0, 4.0, 6.0},
                                           {1.0, 2.0, 7.0, 14.0, 4.0, 5.0});
@@ -495,6 +514,8 @@ TEST_F(Validate, EvaluatesWhatTheMembersSay) {
   EXPECT_DOUBLE_EQ(v.groups[0].rated[1].score.mean_absolute_error, 2.0 / 3.0);  // of the mean: 5 for 3
   ASSERT_TRUE(simulation.coverage);
   EXPECT_DOUBLE_EQ(simulation.coverage->share, 1.0);
+  ASSERT_TRUE(simulation.crps);  // 3 of 2, 4, 9; 2 of 2, 2, 2; 5 of 1, 9
+  EXPECT_DOUBLE_EQ(*simulation.crps, (8.0 / 3.0 - 14.0 / 6.0 + 0.0 + 4.0 - 4.0) / 3.0);
   const auto j = nlohmann::json::parse(validation::to_json(v));
   EXPECT_EQ(j.at("rows"), 3);
   EXPECT_EQ(j.at("failed"), 1);

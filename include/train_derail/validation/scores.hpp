@@ -23,6 +23,11 @@ struct Coverage {
 };
 Coverage coverage(const std::vector<double>& real, const std::vector<double>& low, const std::vector<double>& high);
 
+/// Continuous ranked probability score of an ensemble: mean |member - real| - mean |member - other member| / 2, in cars (Gneiting and
+/// Raftery 2007; over pairs of different members, so that it does not depend on their number, Ferro 2014). It is least for the
+/// distribution that the real counts are drawn from. NaN members do not count; one alone: its absolute error; none: NaN.
+double crps(double real, const std::vector<double>& members);
+
 /// Intervals that hold what a model lacks as well: stretched about their median by the factor that the share `wanted` of other real
 /// counts would have needed (conformal prediction, Vovk et al. 2005; one car is added to either half: counts are whole).
 struct Stretched {

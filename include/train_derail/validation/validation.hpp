@@ -66,6 +66,7 @@ struct Rated {
   std::string rows;  // that it was made from: "none", "these", "the others" (leave one out)
   Score score;
   std::optional<Coverage> coverage;  // of the 90 % interval
+  std::optional<double> crps;        // of the members, mean over rows [cars]
 };
 
 /// Rows that are scored together; fits are made from these rows.
@@ -85,6 +86,7 @@ struct Validation {
   std::vector<study::Spread> predicted;  // row by row, derailed cars; count: members that did not fail
   std::vector<study::Interval> intervals;   // row by row, study::predictive_interval of kIntervalShare
   std::vector<std::vector<double>> counts;  // row by row, member by member; NaN if it failed
+  std::vector<double> crps;                 // row by row
   Stretched stretched;                   // 90 % intervals, from all rows
   std::vector<Fit> fits;                 // from all rows
   std::vector<Group> groups;             // with at least one row
