@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -26,7 +27,7 @@ constexpr int kInputWrong = 2;
 struct Arguments {
   std::string table, study, out, min_speed;
   std::vector<std::string> set;
-  double spread = 1.0;
+  std::optional<double> spread;
   int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as the study says
   bool seeds_only = false, resume = false, quiet = false;
 };
@@ -34,13 +35,12 @@ struct Arguments {
 study::Study read_study(const Arguments& a) {
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
-  study::Study study = study::read_study_file(a.study, overrides);
+  study::Study study = study::read_study_file(a.study, overrides, a.spread);
   if (a.members > 0) {
     study.samples = a.members;
     study.replicates = 1;
   }
   validation::members_a_row(study);
-  if (a.spread != 1.0) study = study::widened(std::move(study), a.spread);
   return a.seeds_only ? validation::seeds_only(study) : study;
 }
 
@@ -120,7 +120,7 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   sub->add_option("--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
   sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")->allow_extra_args(false);
   sub->add_option("--members", a.members, "Runs a row, instead of what the study says")->check(CLI::Range(1, 100000));
-  sub->add_option("--spread", a.spread, "Half-widths of the inputs' ranges times this, about their middles")->check(CLI::Range(0.01, 100.0));
+  sub->add_option("--spread", a.spread, "Half-widths of the inputs' ranges times this, about their middles, instead of what the study says")->check(CLI::Range(0.01, 100.0));
   sub->add_flag("--seeds-only", a.seeds_only, "Inputs stay at the base scenario's; members differ by their seed alone");
   sub->add_option("--min-speed", a.min_speed, "Only rows of this speed or more, as in \"10 mph\"");
   sub->add_option("--min-tail", a.min_tail, "Only rows with at least so many cars from the first derailed one to the rear")

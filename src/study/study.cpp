@@ -39,6 +39,7 @@ struct StudyEntry {
   std::vector<FactorEntry> factors;
   Plan plan = Plan::one_at_a_time;
   int samples = 0, replicates = 1;
+  double spread = 1.0;
   inputs::Perturbation perturbation;
   std::vector<std::string> outcomes;
   std::int64_t seed = 1;
@@ -59,6 +60,7 @@ void describe_study(V& v, StudyEntry& s) {
   }, "Inputs that vary.", true);
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
+  v.number("spread", s.spread, {"1", "", inputs::between(0.01, 100.0)}, "Of a random plan: half-widths of all ranges times this, about their middles.");
   v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs a point.");
   v.group("perturbation", s.perturbation, [](auto& w, auto& p) { inputs::describe_perturbation_sizes(w, p); }, "Sizes; every run has a seed of its own.");
   v.texts("outcomes", s.outcomes, "What is summarised and drawn.");
@@ -123,7 +125,7 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
   return f;
 }
 
-Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides) {
+Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides, std::optional<double> spread) {
   inputs::Places places;
   const std::vector<inputs::Override> none;
   StudyEntry entry;
@@ -140,6 +142,10 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   if (entry.replicates < 1) throw InputError(where("replicates"), "replicates", fmt::format("{}", entry.replicates), "out of range", ">= 1");
   if (random(entry.plan) && entry.samples < 1) {
     throw InputError(where("samples"), "samples", fmt::format("{}", entry.samples), "the plan needs samples", ">= 1");
+  }
+
+  if (!random(entry.plan) && entry.spread != 1.0) {
+    throw InputError(where("spread"), "spread", fmt::format("{}", entry.spread), "the plan samples no ranges", "1");
   }
 
   Study study;
@@ -166,20 +172,21 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
                                    [&](const auto& q) { return q.name == name; });
     if (!found) throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
   }
-  return study;
+  return random(study.plan) ? widened(std::move(study), spread.value_or(entry.spread)) : study;
 }
 
 }  // namespace
 
-Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides) {
-  return read_study(inputs::load_file(path), path, overrides);
+Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides, std::optional<double> spread) {
+  return read_study(inputs::load_file(path), path, overrides, spread);
 }
 
 Study read_study_text(const std::string& text, const std::string& path) {
-  return read_study(inputs::load_text(text, path), path, {});
+  return read_study(inputs::load_text(text, path), path, {}, {});
 }
 
 Study widened(Study study, double factor) {
+  if (factor == 1.0) return study;  // the same bits
   for (Factor& f : study.factors) {
     if (f.distribution == Distribution::log_uniform) {
       const double middle = std::sqrt(f.low * f.high), half = std::pow(f.high / middle, factor);

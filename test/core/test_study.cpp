@@ -348,6 +348,18 @@ TEST_F(StudyTest, WidenedAboutTheMiddlesOfTheRanges) {
   EXPECT_NEAR(range(w, 2).first, 0.02, 1e-12);   // 0.1 to 0.7: not below a twentieth of 0.4
   EXPECT_NEAR(range(w, 2).second, 1.0, 1e-12);
   EXPECT_THROW(study::widened(s, 40.0), inputs::InputError);  // friction above 10
+  // The same from the file; asked for, another one.
+  write("wide.yaml", text_of(folder_ / "ranges.yaml") + "spread: 2\n");
+  EXPECT_EQ(range(read("wide.yaml"), 0), range(w, 0));
+  EXPECT_EQ(range(study::read_study_file((folder_ / "wide.yaml").string(), {}, 1.0), 0), range(s, 0));
+  write("grid.yaml", "scenario: scenario.yaml\nplan: grid\nspread: 2\nfactors:\n  - {key: ground.on_track_friction, values: [0.3]}\n");
+  try {
+    read("grid.yaml");
+    ADD_FAILURE();
+  } catch (const inputs::InputError& e) {
+    EXPECT_EQ(e.key(), "spread");
+    EXPECT_EQ(e.value(), "2");
+  }
 }
 
 TEST(Statistics, PredictiveRanks) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,8 +46,9 @@ struct Study {
   Engine engine = Engine::purpose_built;  // not in the file: asked for on the command line
 };
 
-/// `scenario` in the file is a path relative to the file; `overrides` change that scenario. Throws inputs::InputError.
-Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides = {});
+/// `scenario` in the file is a path relative to the file; `overrides` change that scenario, `spread` stands for the file's own (of
+/// random plans; see widened()). Throws inputs::InputError.
+Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides = {}, std::optional<double> spread = {});
 /// The same from the file's text; `path` names it in errors and is what a relative `scenario` starts from.
 Study read_study_text(const std::string& text, const std::string& path);
 
