@@ -108,9 +108,9 @@ void DerailmentModel::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd&
 }
 
 void DerailmentModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const {
-  kernels_->headings(arrays(), y);
-  cosine = cos_;
-  sine = sin_;
+  cosine.resize(car_count());
+  sine.resize(car_count());
+  kernels_->headings(car_count(), y + THETA * car_count(), cosine.data(), sine.data());
 }
 
 double DerailmentModel::foremost_on_track(const double* y) const {
@@ -182,7 +182,7 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
 
 std::vector<CouplerState<double>> DerailmentModel::couplers(const double* y) const {
   const ConstMotionMap q = motion(y, car_count());
-  kernels_->headings(arrays(), y);
+  kernels_->headings(car_count(), y + THETA * car_count(), cos_.data(), sin_.data());
   std::vector<CouplerState<double>> all;
   all.reserve(cars_.size());
   for (Eigen::Index i = 0; i < coupler_count(); ++i) {

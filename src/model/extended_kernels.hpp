@@ -56,6 +56,7 @@ struct ExtendedKernels {
   CouplerPeaks (*forces)(const ExtendedArrays&, const double* y);
   /// `before`, `after`: states at the ends of a step of length h whose forces are in the arrays.
   StepWork (*work)(const ExtendedArrays&, const double* before, const double* after, double h);
+  void (*headings)(std::ptrdiff_t n, const double* theta, double* cosine, double* sine);
   /// Turns cosine and sine by `angle` (one a car, small) [rad].
   void (*turn)(const ExtendedArrays&, const double* angle);
   /// Places of the trucks: px, py, one a truck [m].

@@ -190,28 +190,25 @@ StepWork extended_work(const ExtendedArrays& a, const double* before, const doub
 }
 
 template <class B>
-[[gnu::flatten]] void turn(const ExtendedArrays& a, const double* angle) {
+void turn_at(const ExtendedArrays& a, const double* angle, std::ptrdiff_t k) {
   using L = Lanes<B>;
   static constexpr double kSmall = 0.05;  // rad, below which the series are exact to rounding
-  for (std::ptrdiff_t k = 0; k < a.cars; k += L::count) {
-    if (k + L::count > a.cars) {  // not twice: a turn is not idempotent
-      for (; k < a.cars; ++k) {
-        const double c = std::cos(angle[k]), s = std::sin(angle[k]), c0 = a.cosine[k];
-        a.cosine[k] = c0 * c - a.sine[k] * s;
-        a.sine[k] = a.sine[k] * c + c0 * s;
-      }
-      return;
-    }
-    const B d = L::load(angle + k), d2 = d * d;
-    B c = 1.0 + d2 * (-0.5 + d2 * (1.0 / 24.0 + d2 * (-1.0 / 720.0 + d2 * (1.0 / 40320.0))));
-    B s = d * (1.0 + d2 * (-1.0 / 6.0 + d2 * (1.0 / 120.0 + d2 * (-1.0 / 5040.0))));
-    if (any(d2 > B(kSmall * kSmall))) Trigonometry<B>::sine_cosine(d, s, c);
-    const B c0 = L::load(a.cosine + k), s0 = L::load(a.sine + k);
-    const B c1 = c0 * c - s0 * s, s1 = s0 * c + c0 * s;
-    const B unit = 1.5 - 0.5 * (c1 * c1 + s1 * s1);  // rounding must not pile up
-    L::store(c1 * unit, a.cosine + k);
-    L::store(s1 * unit, a.sine + k);
-  }
+  const B d = L::load(angle + k), d2 = d * d;
+  B c = 1.0 + d2 * (-0.5 + d2 * (1.0 / 24.0 + d2 * (-1.0 / 720.0 + d2 * (1.0 / 40320.0))));
+  B s = d * (1.0 + d2 * (-1.0 / 6.0 + d2 * (1.0 / 120.0 + d2 * (-1.0 / 5040.0))));
+  if (any(d2 > B(kSmall * kSmall))) Trigonometry<B>::sine_cosine(d, s, c);
+  const B c0 = L::load(a.cosine + k), s0 = L::load(a.sine + k);
+  const B c1 = c0 * c - s0 * s, s1 = s0 * c + c0 * s;
+  const B unit = 1.5 - 0.5 * (c1 * c1 + s1 * s1);  // rounding must not pile up
+  L::store(c1 * unit, a.cosine + k);
+  L::store(s1 * unit, a.sine + k);
+}
+
+template <class B>
+[[gnu::flatten]] void turn(const ExtendedArrays& a, const double* angle) {
+  std::ptrdiff_t k = 0;
+  for (; k + Lanes<B>::count <= a.cars; k += Lanes<B>::count) turn_at<B>(a, angle, k);
+  for (; k < a.cars; ++k) turn_at<double>(a, angle, k);  // no block twice: a turn is not idempotent
 }
 
 template <class B>
@@ -249,7 +246,7 @@ template <class B>
 
 template <class B>
 constexpr ExtendedKernels extended_kernels(const char* instruction_set) {
-  return {instruction_set, Lanes<B>::count, extended_forces<B>, extended_work<B>, turn<B>, places<B>, overload<B>};
+  return {instruction_set, Lanes<B>::count, extended_forces<B>, extended_work<B>, headings<B>, turn<B>, places<B>, overload<B>};
 }
 
 }  // namespace train_derail::model

@@ -410,6 +410,12 @@ CouplerState<double> ExtendedModel::coupler(const double* y, Eigen::Index i) con
   return b;
 }
 
+void ExtendedModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const {
+  cosine.resize(car_count());
+  sine.resize(car_count());
+  kernels_->headings(car_count(), y + THETA * car_count(), cosine.data(), sine.data());
+}
+
 void ExtendedModel::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const {
   gap.resize(coupler_count());
   rate.resize(coupler_count());

@@ -28,7 +28,7 @@ struct KernelSet {
   const char* instruction_set;
   std::ptrdiff_t lanes;  // needs at least lanes + 1 cars
   bool (*right_hand_side)(const CarArrays&, const double* y, double* dydt);  // false if dydt is not finite
-  void (*headings)(const CarArrays&, const double* y);  // fills cosine and sine
+  void (*headings)(std::ptrdiff_t n, const double* theta, double* cosine, double* sine);
   void (*gaps)(const CarArrays&, const double* y, double* gap, double* rate);  // of every coupler [m, m/s]
 };
 

@@ -39,14 +39,13 @@ void for_blocks(std::ptrdiff_t n, const Body& body) {
 }
 
 template <class B>
-[[gnu::flatten]] void headings(const CarArrays& a, const double* state) {
+[[gnu::flatten]] void headings(std::ptrdiff_t n, const double* theta, double* cosine, double* sine) {
   using L = Lanes<B>;
-  const double* theta = state + THETA * a.cars;
-  for_blocks<L::count>(a.cars, [&](std::ptrdiff_t k, std::ptrdiff_t) {
-    B sine, cosine;
-    Trigonometry<B>::sine_cosine(L::load(theta + k), sine, cosine);
-    L::store(cosine, a.cosine + k);
-    L::store(sine, a.sine + k);
+  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    B s, c;
+    Trigonometry<B>::sine_cosine(L::load(theta + k), s, c);
+    L::store(c, cosine + k);
+    L::store(s, sine + k);
   });
 }
 
@@ -60,7 +59,7 @@ template <class B>
   const double *x = state + X * n, *y = state + Y * n;
   const double *vx = state + VX * n, *vy = state + VY * n, *omega = state + OMEGA * n;
 
-  headings<B>(a, state);
+  headings<B>(n, state + THETA * n, a.cosine, a.sine);
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
     const auto r = coupler_reaction<B>(
         coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
@@ -109,7 +108,7 @@ template <class B>
 [[gnu::flatten]] void gaps(const CarArrays& a, const double* state, double* gap, double* rate) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
-  headings<B>(a, state);
+  headings<B>(n, state + THETA * n, a.cosine, a.sine);
   const auto difference = [&](Coordinate c, std::ptrdiff_t i) {
     const double* column = state + c * n + i;
     return L::load(column) - L::load(column + 1);

@@ -43,6 +43,7 @@ class ExtendedModel final : public TrainModel {
   CouplerState<double> coupler(const double* y, Eigen::Index i) const override;
   bool broken(Eigen::Index i) const override { return alive_[i] == 0.0; }
   void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const override;
+  void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const override;
   EnergyLedger energy(const double* y) const override;
   bool straight_track() const override { return track_.straight(); }
   TrackPlace track_place(Eigen::Index car, const Eigen::Vector2d& point) const override;
