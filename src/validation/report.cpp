@@ -37,7 +37,6 @@ std::string title(const Rated& r) {
   if (r.name == "simulation") return "simulation, median of the members";
   if (r.name == "mean") return "  their mean instead";
   if (r.name == "stretched") return "  its interval stretched to hold 90 %";
-  if (r.name == "best_member") return "  its best member on other rows";
   const char* what = r.name == to_string(FitKind::straight_line) ? "straight line in speed"
                      : r.name == to_string(FitKind::linear)      ? "linear in speed, tail, tons"
                                                                  : "log-log in speed, tail, tons";

@@ -120,27 +120,6 @@ Stretched stretch(const std::vector<double>& real, const std::vector<double>& lo
   return s;
 }
 
-std::vector<double> best_of_the_others(const std::vector<double>& real, const std::vector<std::vector<double>>& predictions) {
-  std::vector<double> chosen(real.size(), kNone);
-  const std::size_t members = predictions.empty() ? 0 : predictions.front().size();
-  for (std::size_t fold = 0; fold < kFolds; ++fold) {
-    double least = std::numeric_limits<double>::infinity();
-    std::size_t best = members;
-    for (std::size_t m = 0; m < members; ++m) {
-      double sum = 0.0;
-      for (std::size_t i = 0; i < real.size(); ++i) {
-        if (i % kFolds != fold) sum += std::abs(predictions[i][m] - real[i]);
-      }
-      if (sum < least) {
-        least = sum;
-        best = m;
-      }
-    }
-    for (std::size_t i = fold; i < real.size() && best < members; i += kFolds) chosen[i] = predictions[i][best];
-  }
-  return chosen;
-}
-
 std::vector<SpeedBand> by_speed(const std::vector<double>& mph, const std::vector<double>& real,
                                 const std::vector<double>& predicted) {
   constexpr double kStep = 5.0, kFirstClosed = 10.0;

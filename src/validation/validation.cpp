@@ -42,7 +42,6 @@ Member compute(const study::Study& study, const Accident& accident, const study:
 struct Columns {
   FitInputs inputs;
   std::vector<double> real, mean, low, median, high, crps;
-  std::vector<std::vector<double>> counts;
 };
 
 Columns columns(const Validation& v, const std::function<bool(const Accident&)>& wanted) {
@@ -59,7 +58,6 @@ Columns columns(const Validation& v, const std::function<bool(const Accident&)>&
     c.median.push_back(v.predicted[i].median);
     c.high.push_back(v.intervals[i].high);
     c.crps.push_back(v.crps[i]);
-    c.counts.push_back(v.counts[i]);
   }
   return c;
 }
@@ -78,7 +76,6 @@ Group group(const std::string& name, const Columns& c) {
   g.rated.push_back({"simulation", "none", score(c.real, c.median), coverage(c.real, c.low, c.high), mean_of(c.crps)});
   g.rated.push_back({"mean", "none", score(c.real, c.mean), {}, {}});
   g.rated.push_back({"stretched", "the others", score(c.real, c.median), stretch(c.real, c.low, c.median, c.high, kIntervalShare).held_out, {}});
-  g.rated.push_back({"best_member", "the others", score(c.real, best_of_the_others(c.real, c.counts)), {}, {}});
   for (const FitKind kind : kFitKinds) {
     const Fit& f = g.fits.emplace_back(fit(kind, c.inputs, c.real));
     g.rated.push_back({to_string(kind), "these", score(c.real, f.fitted), {}, {}});
@@ -100,9 +97,9 @@ study::Study seeds_only(study::Study study) {
 }
 
 std::int64_t members_a_row(const study::Study& study) {
-  const bool sampled = study.plan == study::Plan::latin_hypercube || study.plan == study::Plan::sobol;
+  const bool sampled = study.plan == study::Plan::latin_hypercube;
   if (!sampled && !study.factors.empty()) {
-    throw InputError("study", "plan", "", "points of this plan are not a sample", "latin_hypercube, sobol");
+    throw InputError("study", "plan", "", "every row needs a random sample of its own", "latin_hypercube");
   }
   if (study.engine != study::Engine::purpose_built) throw InputError("study", "engine", "multibody", "knows no rails", "purpose_built");
   for (const study::Factor& f : study.factors) {
@@ -111,6 +108,11 @@ std::int64_t members_a_row(const study::Study& study) {
     }
   }
   return static_cast<std::int64_t>(sampled ? study.samples : 1) * study.replicates;
+}
+
+std::vector<study::Point> points_of(study::Study study, const Accident& accident) {
+  study.seed = study::run_of(study, -static_cast<std::int64_t>(accident.line)).seed;  // runs have numbers from 0 on
+  return study::points(study);
 }
 
 namespace {
@@ -129,7 +131,8 @@ std::int64_t run_number(const Accident& accident, std::int64_t members, std::int
 Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs, Kept kept,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
   const std::int64_t members = members_a_row(study);
-  const std::vector<study::Point> points = study::points(study);
+  std::vector<std::vector<study::Point>> points;
+  for (const Accident& a : accidents.rows) points.push_back(points_of(study, a));
   Ensembles e;
   e.members.resize(accidents.rows.size() * static_cast<std::size_t>(members));
   std::vector<std::size_t> missing;
@@ -164,7 +167,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
     const std::size_t i = missing[k];
     const std::size_t row = i / static_cast<std::size_t>(members);
     const auto member = static_cast<std::int64_t>(i % static_cast<std::size_t>(members));
-    const study::Point& point = points[static_cast<std::size_t>(member / study.replicates)];
+    const study::Point& point = points[row][static_cast<std::size_t>(member / study.replicates)];
     Member m = compute(study, accidents.rows[row], point, study::run_of(study, number_of(i)));
     m.text = line_of(accidents.rows[row], member, point, m);
     const std::lock_guard<std::mutex> lock(mutex);
@@ -208,6 +211,7 @@ void check_rows(const study::Study& study, const AccidentTable& accidents) {
 /// The study and the rows asked for, as they stand in the table.
 std::string description(const study::Study& study, const AccidentTable& accidents) {
   nlohmann::ordered_json j = nlohmann::ordered_json::parse(study::to_json(study));
+  j["points"] = "of each row";
   j["accidents"]["columns"] = accidents.columns;
   for (const Accident& a : accidents.rows) j["accidents"]["rows"][fmt::format("{}", a.line)] = a.fields;
   return j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
@@ -244,13 +248,11 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, const R
 }
 
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
-  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}};
+  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}};
   std::vector<std::vector<double>> counts(accidents.rows.size());
-  v.counts.assign(accidents.rows.size(), std::vector<double>(static_cast<std::size_t>(v.members), std::nan("")));
   for (const Member& m : ensembles.members) {
     if (m.outcome.ended == outcome::Ended::integration_failed) continue;
     counts[m.row].push_back(m.derailed.cars);
-    v.counts[m.row][static_cast<std::size_t>(m.member)] = m.derailed.cars;
   }
   for (std::size_t i = 0; i < counts.size(); ++i) v.crps.push_back(crps(accidents.rows[i].cars_derailed, counts[i]));
   for (std::vector<double>& sample : counts) {

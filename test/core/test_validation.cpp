@@ -410,8 +410,8 @@ TEST_F(Validate, StudiesThatCannotServeAreRefused) {
   };
   EXPECT_EQ(refused("rails.derail_ratio", "initial.speed"), "factors.key: the rows of the table decide it");
   EXPECT_EQ(refused("rails.derail_ratio", "\"consist[1].weight\""), "factors.key: the rows of the table decide it");
-  EXPECT_EQ(refused("latin_hypercube", "saltelli"), "plan: points of this plan are not a sample");
-  EXPECT_EQ(refused("latin_hypercube", "sobol"), "");
+  EXPECT_EQ(refused("latin_hypercube", "saltelli"), "plan: every row needs a random sample of its own");
+  EXPECT_EQ(refused("latin_hypercube", "sobol"), "plan: every row needs a random sample of its own");
 }
 
 TEST_F(Validate, ARowThatTheScenarioCannotTakeIsNamed) {
@@ -457,7 +457,8 @@ TEST_F(Validate, MembersHaveTheInputsOfTheirPoint) {
   const validation::AccidentTable t = table();
   const std::atomic<bool> stop{false};
   const validation::Ensembles e = validation::run(s, t, 0, [](const study::Progress&) {}, stop);
-  const std::vector<study::Point> points = study::points(s);
+  const std::vector<study::Point> points = validation::points_of(s, t.rows[1]);
+  EXPECT_NE(points[1].values, validation::points_of(s, t.rows[0])[1].values) << "a sample of each row's own";
   const validation::Member& m = e.members[4];  // row 1, member 1
   EXPECT_EQ(m.row, 1u);
   EXPECT_EQ(m.member, 1);

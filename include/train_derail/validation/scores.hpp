@@ -38,11 +38,6 @@ struct Stretched {
 Stretched stretch(const std::vector<double>& real, const std::vector<double>& low, const std::vector<double>& median,
                   const std::vector<double>& high, double wanted);
 
-/// Prediction of each row by the one member that was best, by mean absolute error, on the four folds that the row is not in: what
-/// fitting inputs by choice among the members is worth on rows that it has not seen. predictions[row][member]; a member with a
-/// NaN anywhere is not chosen.
-std::vector<double> best_of_the_others(const std::vector<double>& real, const std::vector<std::vector<double>>& predictions);
-
 /// Mean of some speeds. Edges every 5 mph; from 10 mph on they belong to the band below, as in published tables (10-15, 16-20, ...).
 struct SpeedBand {
   double from = 0.0, to = 0.0;  // mph

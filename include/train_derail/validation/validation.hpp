@@ -23,11 +23,11 @@ inline constexpr double kIntervalShare = 0.9;
 /// The same study without its factors: members differ by their seed alone, as many as before.
 study::Study seeds_only(study::Study study);
 
-/// Runs a row: points of the study times replicates. Throws inputs::InputError unless the study can be used: a plan that samples
-/// (latin_hypercube, sobol) or none, no factor that the rows decide, an engine that knows rails.
+/// Runs a row: points of the study times replicates. Throws inputs::InputError unless the study can be used: a latin hypercube
+/// or no factors, none that the rows decide, an engine that knows rails.
 std::int64_t members_a_row(const study::Study& study);
 
-/// One run: row `row` of the table with the inputs of a point of the study.
+/// One run: row `row` of the table with the inputs of one of its points.
 struct Member {
   std::size_t row = 0;    // place in AccidentTable::rows
   std::int64_t member = 0;
@@ -44,7 +44,11 @@ struct Ensembles {
   double wall_time = 0.0;  // s
 };
 
-/// Member j of every row has the inputs of the study's point j / replicates. Does not depend on `jobs` (0: one a core), nor on which
+/// Each row's own sample of the inputs, from the study's seed and the row's line in the file: with one sample for all, its luck would
+/// not average out over rows.
+std::vector<study::Point> points_of(study::Study study, const Accident& accident);
+
+/// Member j of a row has the inputs of point j / replicates of points_of(). Does not depend on `jobs` (0: one a core), nor on which
 /// other rows the table has. `on_progress` is called from the worker threads, one at a time. `stop` makes it return after the runs
 /// in flight. Throws inputs::InputError, also if a row and the base scenario do not go together (the message names the line).
 Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
@@ -62,7 +66,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, const R
 
 /// One way to predict, scored on a group of rows.
 struct Rated {
-  std::string name;  // "simulation" (median of its members), their "mean", "stretched" or "best_member" of it (scores.hpp), or that of a fit
+  std::string name;  // "simulation" (median of its members), their "mean", "stretched" of it (scores.hpp), or that of a fit
   std::string rows;  // that it was made from: "none", "these", "the others" (leave one out)
   Score score;
   std::optional<Coverage> coverage;  // of the 90 % interval
@@ -85,7 +89,6 @@ struct Validation {
   std::int64_t members = 0, failed = 0;
   std::vector<study::Spread> predicted;  // row by row, derailed cars; count: members that did not fail
   std::vector<study::Interval> intervals;   // row by row, study::predictive_interval of kIntervalShare
-  std::vector<std::vector<double>> counts;  // row by row, member by member; NaN if it failed
   std::vector<double> crps;                 // row by row
   Stretched stretched;                   // 90 % intervals, from all rows
   std::vector<Fit> fits;                 // from all rows
