@@ -112,10 +112,13 @@ def summary(names, tables, min_speed, wanted):
 
 
 def markdown(s):
+    def cell(group, key, form='{:.2f}', times=1):
+        return form.format(times * group[key]) if key in group else '-'
+
     def cells(f, t):
-        text = f"{f['mean_absolute_error']:.2f} | {t.get('mean_absolute_error', np.nan):.2f} | {100 * f['coverage']:.0f} % | "
-        text += f"{100 * t.get('coverage', np.nan):.0f} % | {f['width']:.1f} | {f['crps']:.2f} | {f['bias']:+.2f} | "
-        return text + f"{t.get('speed_exponent', np.nan):.2f}"
+        error, share = 'mean_absolute_error', ('coverage', '{:.0f} %', 100)
+        return ' | '.join((cell(f, error), cell(t, error), cell(f, *share), cell(t, *share), cell(f, 'width', '{:.1f}'),
+                           cell(f, 'crps'), cell(f, 'bias', '{:+.2f}'), cell(t, 'speed_exponent')))
 
     lines = [
         f"From {s['min_speed_mph']:g} mph on; tails: {s['long_tail']} cars or more behind.",
@@ -134,17 +137,20 @@ def markdown(s):
     return '\n'.join(lines)
 
 
+def name_of(study, spread):
+    return f'{os.path.splitext(os.path.basename(study))[0]}_{spread:g}'
+
+
 def run(arguments, study, spread):
-    """(name, rows) of a candidate."""
-    name = f'{os.path.splitext(os.path.basename(study))[0]}_{spread:g}'
-    folder = os.path.join(arguments.out, name)
+    """Rows of a candidate."""
+    folder = os.path.join(arguments.out, name_of(study, spread))
     if not os.path.exists(os.path.join(folder, 'rows.csv')):
         command = [arguments.derail, 'validate', arguments.table, '--study', study, '--spread', f'{spread:g}']
         command += ['--out', folder, '--resume', '--quiet']
         if arguments.jobs:
             command += ['--jobs', str(arguments.jobs)]
         subprocess.run(command, check=True)
-    return name, read_rows(folder)
+    return read_rows(folder)
 
 
 def main(arguments=None):
@@ -159,11 +165,12 @@ def main(arguments=None):
     parser.add_argument('--jobs', type=int, help='threads; default: one a core')
     a = parser.parse_args(arguments)
     try:
-        os.makedirs(a.out, exist_ok=True)
-        names, tables = zip(*(run(a, study, spread) for study in a.study for spread in sorted(a.spread)))
+        candidates = [(study, spread) for study in a.study for spread in sorted(a.spread)]
+        names = [name_of(*c) for c in candidates]
         if len(set(names)) < len(names):
-            raise WrongFile('two studies have the same file name')
-        found = summary(names, tables, a.min_speed, a.wanted)
+            raise WrongFile(f"{', '.join(a.study)}: two studies have the same file name")
+        os.makedirs(a.out, exist_ok=True)
+        found = summary(names, [run(a, *c) for c in candidates], a.min_speed, a.wanted)
         with open(os.path.join(a.out, 'ranges.json'), 'w', encoding='utf-8') as file:
             json.dump(found, file, indent=2)
             file.write('\n')

@@ -1,7 +1,7 @@
 // The versions of the right-hand side for different instruction sets agree with the plain one; gaps with the points.
 #include <gtest/gtest.h>
 
-#include "fixtures.hpp"
+#include "extended_fixtures.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/model/extended_model.hpp"
 
@@ -101,9 +101,7 @@ TEST(Kernels, SayWhetherTheDerivativeIsFinite) {
 
 TEST(Kernels, HeadingsAreThoseOfTheStandardLibrary) {
   test::Random random(34);
-  const inputs::Scenario s = train(33, random);
-  for (const std::string& name : model::DerailmentModel::instruction_sets(33)) {
-    const model::DerailmentModel m(s, name);
+  const auto expect_headings = [&random](const model::TrainModel& m, const std::string& name) {
     model::StateVector y = model::StateVector::Zero(m.size());
     Eigen::ArrayXd cosine, sine;
     for (const double range : {1e-9, 0.1, 1.6, 7.0, 1e3, 1e6}) {
@@ -115,6 +113,11 @@ TEST(Kernels, HeadingsAreThoseOfTheStandardLibrary) {
         EXPECT_NEAR(sine[k], std::sin(theta[k]), 4e-16) << name << ' ' << theta[k];
       }
     }
+  };
+  const inputs::Scenario s = train(33, random), extended = test::accident(33);
+  for (const std::string& name : model::DerailmentModel::instruction_sets(33)) expect_headings(model::DerailmentModel(s, name), name);
+  for (const std::string& name : model::ExtendedModel::instruction_sets(33)) {
+    expect_headings(model::ExtendedModel(extended, name), "extended, " + name);
   }
 }
 

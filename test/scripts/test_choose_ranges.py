@@ -90,6 +90,9 @@ class ChooseRangesTest(PlotTest):
         code, said = refusal(choose_ranges.main, *command)
         self.assertEqual(code, 2)
         self.assertIn('rows.csv: not a table', said)
+        code, said = refusal(choose_ranges.main, *command[:2], self.study, *command[2:])
+        self.assertEqual(code, 2)
+        self.assertIn('two studies have the same file name', said)
         self.assertEqual(script('choose_ranges.py', 'nowhere.csv', *command[1:4], self.path('none'), *command[5:]).returncode, 1)
 
 
