@@ -128,6 +128,7 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, 1 output could not be written, 2 something is wrong with the input, 3 integration failed,\n"
       "4 derail verify: the two engines differ.",
       "derail"};
+  app.set_version_flag("--version", "train_derail " TRAIN_DERAIL_VERSION, "Print the version and exit");
   app.require_subcommand(1);
   app.fallthrough();
 

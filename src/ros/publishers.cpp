@@ -27,7 +27,7 @@ Publishers::Publishers(::ros::NodeHandle& private_handle, const NodeParameters& 
   events_ = private_handle.advertise<Event>("events", kStreamQueue);
   inputs_ = private_handle.advertise<Inputs>("inputs", 1, kLatch);
   impacts_ = private_handle.advertise<Impacts>("impacts", 1, kLatch);
-  outcome_ = private_handle.advertise<Outcome>("outcome", 1, kLatch);
+  outcome_ = private_handle.advertise<Outcome>("outcome", kStreamQueue, kLatch);
   run_info_ = private_handle.advertise<RunInfo>("run_info", 1, kLatch);
 }
 

@@ -152,6 +152,15 @@ TEST_F(Cli, CheckPrintsAScenarioThatChecksTheSame) {
   EXPECT_NE(direct.out.find("37 mph"), std::string::npos);
 }
 
+TEST_F(Cli, VersionIsThatOfThePackage) {
+  std::ifstream file(kSource + "/package.xml");
+  const std::string package((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::size_t at = package.find("<version>") + 9;
+  const Result r = derail("--version");
+  EXPECT_EQ(r.code, 0) << r.out;
+  EXPECT_EQ(r.out, "train_derail " + package.substr(at, package.find('<', at) - at) + "\n");
+}
+
 TEST_F(Cli, HelpTeaches) {
   const Result r = derail("--help");
   EXPECT_EQ(r.code, 0);
