@@ -120,7 +120,7 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   sub->add_option("--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
   sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")->allow_extra_args(false);
   sub->add_option("--members", a.members, "Runs a row, instead of what the study says")->check(CLI::Range(1, 100000));
-  sub->add_option("--spread", a.spread, "Half-widths of the inputs' ranges times this, about their middles, instead of what the study says")->check(CLI::Range(0.01, 100.0));
+  sub->add_option("--spread", a.spread, "Half-widths of the inputs' ranges times this, about their middles, instead of what the study says");
   sub->add_flag("--seeds-only", a.seeds_only, "Inputs stay at the base scenario's; members differ by their seed alone");
   sub->add_option("--min-speed", a.min_speed, "Only rows of this speed or more, as in \"10 mph\"");
   sub->add_option("--min-tail", a.min_tail, "Only rows with at least so many cars from the first derailed one to the rear")

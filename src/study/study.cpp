@@ -28,6 +28,8 @@ constexpr std::array<Names<Distribution>, 3> kDistributions{{{"uniform", Distrib
                                                              {"log_uniform", Distribution::log_uniform},
                                                              {"normal", Distribution::normal}}};
 
+const inputs::Range kSpreads = inputs::between(0.01, 100.0);
+
 /// A factor and a study as they stand in the file, before units are known.
 struct FactorEntry {
   std::string key, label, low, high;
@@ -60,7 +62,7 @@ void describe_study(V& v, StudyEntry& s) {
   }, "Inputs that vary.", true);
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
-  v.number("spread", s.spread, {"1", "", inputs::between(0.01, 100.0)}, "Of a random plan: half-widths of all ranges times this, about their middles.");
+  v.number("spread", s.spread, {"1", "", kSpreads}, "Of a random plan: half-widths of all ranges times this, about their middles.");
   v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs a point.");
   v.group("perturbation", s.perturbation, [](auto& w, auto& p) { inputs::describe_perturbation_sizes(w, p); }, "Sizes; every run has a seed of its own.");
   v.texts("outcomes", s.outcomes, "What is summarised and drawn.");
@@ -144,6 +146,10 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     throw InputError(where("samples"), "samples", fmt::format("{}", entry.samples), "the plan needs samples", ">= 1");
   }
 
+  const double factor = spread.value_or(entry.spread);
+  if (!kSpreads.contains(factor)) {
+    throw InputError(spread ? "command line" : where("spread"), "spread", fmt::format("{}", factor), "out of range", kSpreads.text("1"));
+  }
   if (!random(entry.plan) && entry.spread != 1.0) {
     throw InputError(where("spread"), "spread", fmt::format("{}", entry.spread), "the plan samples no ranges", "1");
   }
@@ -172,7 +178,7 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
                                    [&](const auto& q) { return q.name == name; });
     if (!found) throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
   }
-  return random(study.plan) ? widened(std::move(study), spread.value_or(entry.spread)) : study;
+  return random(study.plan) ? widened(std::move(study), factor) : study;
 }
 
 }  // namespace

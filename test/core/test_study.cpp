@@ -352,6 +352,16 @@ TEST_F(StudyTest, WidenedAboutTheMiddlesOfTheRanges) {
   write("wide.yaml", text_of(folder_ / "ranges.yaml") + "spread: 2\n");
   EXPECT_EQ(range(read("wide.yaml"), 0), range(w, 0));
   EXPECT_EQ(range(study::read_study_file((folder_ / "wide.yaml").string(), {}, 1.0), 0), range(s, 0));
+  for (const char* bad : {"0", "-1", ".nan", ".inf", "101", "wide"}) {
+    write("bad.yaml", text_of(folder_ / "ranges.yaml") + "spread: " + bad + "\n");
+    try {
+      read("bad.yaml");
+      ADD_FAILURE() << bad;
+    } catch (const inputs::InputError& e) {
+      EXPECT_EQ(e.key(), "spread") << bad;
+    }
+  }
+  EXPECT_THROW(study::read_study_file((folder_ / "wide.yaml").string(), {}, std::nan("")), inputs::InputError);
   write("grid.yaml", "scenario: scenario.yaml\nplan: grid\nspread: 2\nfactors:\n  - {key: ground.on_track_friction, values: [0.3]}\n");
   try {
     read("grid.yaml");
