@@ -1,5 +1,4 @@
-#include <cmath>
-
+#include "checker.hpp"
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
@@ -8,57 +7,12 @@ namespace train_derail::inputs {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& key, const std::string& value, const std::string& problem,
-                         const std::string& allowed) {
-  throw InputError("scenario", key, value, problem, allowed);
-}
-
 std::string method_name(Method method) {
   for (const auto& [name, m] : kMethods) {
     if (m == method) return std::string(name);
   }
   return "";
 }
-
-class Checker {
- public:
-  explicit Checker(std::string prefix) : prefix_(std::move(prefix)) {}
-
-  void text(const char*, const std::string&, const char*) {}
-
-  void number(const char* key, double value, const Quantity& q, const char*) {
-    if (q.range.contains(value)) return;
-    refuse(prefix_ + key, fmt::format("{}", value), std::isfinite(value) ? "out of range" : "not a finite number",
-           q.range.text(q.unit));
-  }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const char* doc) {
-    if (value) number(key, *value, q, doc);
-  }
-  template <class I>
-  void integer(const char* key, I value, const Range& range, bool, const char*) {
-    if (!range.contains(static_cast<double>(value))) {
-      refuse(prefix_ + key, fmt::format("{}", value), "out of range", range.text("1"));
-    }
-  }
-  template <class E, class N>
-  void choice(const char*, E, const N&, const char*) {}
-  template <class G, class F>
-  void group(const char* key, const G& g, F describe_it, const char*) {
-    Checker child(prefix_ + key + ".");
-    describe_it(child, g);
-  }
-  template <class G, class F>
-  void list(const char* key, const std::vector<G>& items, F describe_it, const char*, bool required) {
-    if (required && items.empty()) refuse(prefix_ + key, "", "empty train", "at least one block of cars");
-    for (std::size_t i = 0; i < items.size(); ++i) {
-      Checker child(fmt::format("{}{}[{}].", prefix_, key, i));
-      describe_it(child, items[i]);
-    }
-  }
-
- private:
-  std::string prefix_;
-};
 
 void check_parts(const Scenario& s) {
   const std::string part = first_part_beyond_the_paper(s);

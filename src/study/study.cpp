@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "inputs/checker.hpp"
 #include "inputs/tree_reader.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/writer.hpp"
@@ -51,7 +52,7 @@ template <class V>
 void describe_study(V& v, StudyEntry& s) {
   v.text("title", s.title, "One line for tables and pictures.");
   v.text("scenario", s.scenario, "Base scenario, a path relative to this file.");
-  v.list("factors", s.factors, [](auto& w, FactorEntry& f) {
+  v.list("factors", s.factors, [](auto& w, auto& f) {
     w.text("key", f.key, "Key of the scenario.");
     w.text("label", f.label, "For pictures.");
     w.texts("values", f.values, "Values of the plans one_at_a_time and grid.");
@@ -139,17 +140,21 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     const auto place = places.find(key);
     return place == places.end() ? path : place->second.where;
   };
+  if (spread && !kSpreads.contains(*spread)) {
+    throw InputError("command line", "--spread", fmt::format("{}", *spread), "out of range", kSpreads.text("1"));
+  }
+  inputs::Checker checker("");
+  try {
+    describe_study(checker, entry);
+  } catch (const InputError& e) {
+    throw InputError(where(e.key()), e.key(), e.value(), e.problem(), e.allowed());
+  }
   if (entry.scenario.empty()) throw InputError(path, "scenario", "", "missing", "a path relative to this file");
   if (entry.factors.empty()) throw InputError(path, "factors", "", "no factors", "at least one");
-  if (entry.replicates < 1) throw InputError(where("replicates"), "replicates", fmt::format("{}", entry.replicates), "out of range", ">= 1");
   if (random(entry.plan) && entry.samples < 1) {
     throw InputError(where("samples"), "samples", fmt::format("{}", entry.samples), "the plan needs samples", ">= 1");
   }
 
-  const double factor = spread.value_or(entry.spread);
-  if (!kSpreads.contains(factor)) {
-    throw InputError(spread ? "command line" : where("spread"), "spread", fmt::format("{}", factor), "out of range", kSpreads.text("1"));
-  }
   if (!random(entry.plan) && entry.spread != 1.0) {
     throw InputError(where("spread"), "spread", fmt::format("{}", entry.spread), "the plan samples no ranges", "1");
   }
@@ -178,7 +183,7 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
                                    [&](const auto& q) { return q.name == name; });
     if (!found) throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
   }
-  return random(study.plan) ? widened(std::move(study), factor) : study;
+  return random(study.plan) ? widened(std::move(study), spread.value_or(entry.spread)) : study;
 }
 
 }  // namespace

@@ -362,6 +362,13 @@ TEST_F(StudyTest, WidenedAboutTheMiddlesOfTheRanges) {
     }
   }
   EXPECT_THROW(study::read_study_file((folder_ / "wide.yaml").string(), {}, std::nan("")), inputs::InputError);
+  write("kick.yaml", text_of(folder_ / "ranges.yaml") + "perturbation: {kick: -1 ft/s}\n");
+  try {
+    read("kick.yaml");
+    ADD_FAILURE() << "every run would fail";
+  } catch (const inputs::InputError& e) {
+    EXPECT_EQ(e.key(), "perturbation.kick");
+  }
   write("grid.yaml", "scenario: scenario.yaml\nplan: grid\nspread: 2\nfactors:\n  - {key: ground.on_track_friction, values: [0.3]}\n");
   try {
     read("grid.yaml");
