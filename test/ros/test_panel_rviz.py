@@ -28,7 +28,7 @@ class PanelRvizTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.processes = []
-        server = subprocess.Popen(['Xvfb', '-displayfd', '1', '-nolisten', 'tcp', '-screen', '0', SIZE],
+        server = subprocess.Popen(['Xvfb', '-displayfd', '1', '-noreset', '-nolisten', 'tcp', '-screen', '0', SIZE],
                                   stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         cls.processes.append(server)
         cls.environment = dict(os.environ, DISPLAY=':' + server.stdout.readline().strip(), LIBGL_ALWAYS_SOFTWARE='1',

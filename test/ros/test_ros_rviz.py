@@ -57,7 +57,8 @@ class RvizTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.processes = []
-        server = subprocess.Popen(['Xvfb', '-displayfd', '1', '-nolisten', 'tcp', '-screen', '0', '%dx%dx24' % SIZE],
+        # Without -noreset it starts over when its last client goes, and refuses the next one meanwhile.
+        server = subprocess.Popen(['Xvfb', '-displayfd', '1', '-noreset', '-nolisten', 'tcp', '-screen', '0', '%dx%dx24' % SIZE],
                                   stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         cls.processes.append(server)
         cls.display = ':' + server.stdout.readline().strip()
