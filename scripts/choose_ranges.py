@@ -11,7 +11,6 @@ writes DIR/ranges.json. Exit codes: 0 done, 1 a run failed, 2 something is wrong
 """
 
 import argparse
-import csv
 import json
 import os
 import subprocess
@@ -19,28 +18,26 @@ import sys
 
 import numpy as np
 
+sys.path.insert(
+    0, os.path.dirname(os.path.realpath(__file__))
+)  # a catkin devel space runs this file from elsewhere
+
+from derail_plots.errors import DataError  # noqa: E402
+from derail_plots.tables import table  # noqa: E402
+
 FOLDS = 5
 CALIBRATED = 0.03  # about one standard error of the share in 200 rows
 LONG_TAIL = 60
 COLUMNS = ('line', 'speed_mph', 'cars_from_pod_to_rear', 'cars_derailed', 'predicted_median', 'predicted_low', 'predicted_high', 'crps')
 
 
-class WrongFile(Exception):
-    """A file cannot be used; the text says which and why."""
-
-
 def read_rows(folder):
-    """{column: array} of rows.csv. Throws WrongFile."""
+    """{column: array} of rows.csv. Throws DataError."""
     path = os.path.join(folder, 'rows.csv')
-    try:
-        with open(path, encoding='utf-8', newline='') as file:
-            rows = [[float(row[c]) for c in COLUMNS] for row in csv.DictReader(file)]
-    except OSError as e:
-        raise WrongFile(f'{path}: {e.strerror}; `derail validate` writes it') from None
-    except (KeyError, TypeError, ValueError):
-        raise WrongFile(f'{path}: not a table of `derail validate`, or a row without a prediction') from None
+    with table(path, 'derail validate') as lines:
+        rows = [[float(row[c]) for c in COLUMNS] for row in lines]
     if not rows:
-        raise WrongFile(f'{path}: holds no rows')
+        raise DataError(f'{path}: holds no rows')
     return dict(zip(COLUMNS, np.array(rows).T))
 
 
@@ -85,10 +82,10 @@ def summary(names, tables, min_speed, wanted):
     first = tables[0]
     for t in tables[1:]:
         if not np.array_equal(t['line'], first['line']):
-            raise WrongFile('the folders hold different rows')
+            raise DataError('the folders hold different rows')
     fast = first['speed_mph'] >= min_speed
     if fast.sum() < 2 * FOLDS:
-        raise WrongFile(f'{fast.sum()} rows from {min_speed:g} mph on are too few for {FOLDS} folds')
+        raise DataError(f'{fast.sum()} rows from {min_speed:g} mph on are too few for {FOLDS} folds')
     long = fast & (first['cars_from_pod_to_rear'] >= LONG_TAIL)
     all_rows, chosen, unseen = choose(
         np.array([inside(t)[fast] for t in tables]), np.array([t['crps'][fast] for t in tables]), wanted
@@ -168,13 +165,13 @@ def main(arguments=None):
         candidates = [(study, spread) for study in a.study for spread in sorted(a.spread)]
         names = [name_of(*c) for c in candidates]
         if len(set(names)) < len(names):
-            raise WrongFile(f"{', '.join(a.study)}: two studies have the same file name")
+            raise DataError(f"{', '.join(a.study)}: two studies have the same file name")
         os.makedirs(a.out, exist_ok=True)
         found = summary(names, [run(a, *c) for c in candidates], a.min_speed, a.wanted)
         with open(os.path.join(a.out, 'ranges.json'), 'w', encoding='utf-8') as file:
             json.dump(found, file, indent=2)
             file.write('\n')
-    except WrongFile as e:
+    except DataError as e:
         print(f'choose_ranges.py: {e}', file=sys.stderr)
         return 2
     except subprocess.CalledProcessError as e:

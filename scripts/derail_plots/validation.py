@@ -1,6 +1,5 @@
 """Pictures of a validation: predicted counts of derailed cars against real ones."""
 
-import csv
 import json
 import os
 
@@ -10,6 +9,7 @@ from matplotlib.patches import Patch
 
 from derail_plots import style
 from derail_plots.errors import DataError
+from derail_plots.tables import table
 
 COLUMNS = (
     'speed_mph',
@@ -28,17 +28,12 @@ def read_rows(folder):
     """{column: array} of rows.csv, rows whose runs all failed left out. Throws DataError."""
     path = os.path.join(folder, 'rows.csv')
     rows = []
-    try:
-        with open(path, encoding='utf-8', newline='') as file:
-            for row in csv.DictReader(file):
-                if row['predicted_median'] == '':
-                    continue
-                fits = [float(row[f'{name}_left_out'] or 'nan') for name in FITS]
-                rows.append([float(row[c]) for c in COLUMNS] + fits)
-    except OSError as e:
-        raise DataError(f'{path}: {e.strerror}; `derail validate` writes it') from None
-    except (KeyError, TypeError, ValueError):
-        raise DataError(f'{path}: not a table of `derail validate`') from None
+    with table(path, 'derail validate') as lines:
+        for row in lines:
+            if row['predicted_median'] == '':
+                continue
+            fits = [float(row[f'{name}_left_out'] or 'nan') for name in FITS]
+            rows.append([float(row[c]) for c in COLUMNS] + fits)
     if not rows:
         raise DataError(f'{path}: holds no predictions')
     return dict(zip(COLUMNS + FITS, np.array(rows).T))

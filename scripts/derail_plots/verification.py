@@ -1,6 +1,5 @@
 """Pictures of a verification: how fast two engines drift apart, and their ensembles side by side."""
 
-import csv
 import json
 import os
 
@@ -10,6 +9,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from derail_plots import style
 from derail_plots.errors import DataError
+from derail_plots.tables import table
 
 COLUMNS = ('cars', 'time_s', 'position_m', 'force_N', 'force_peak_N')
 LEAST_POSITION = 1e-13  # m; below is rounding
@@ -34,15 +34,10 @@ def read_differences(folder):
     """{cars: {column: array}} of differences.csv. Throws DataError."""
     path = os.path.join(folder, 'differences.csv')
     trains = {}
-    try:
-        with open(path, encoding='utf-8', newline='') as file:
-            for row in csv.DictReader(file):
-                values = [float(row[c]) for c in COLUMNS]
-                trains.setdefault(int(values[0]), []).append(values[1:])
-    except OSError as e:
-        raise DataError(f'{path}: {e.strerror}; `derail verify --out` writes it') from None
-    except (KeyError, TypeError, ValueError):
-        raise DataError(f'{path}: not a table of `derail verify`') from None
+    with table(path, 'derail verify --out') as lines:
+        for row in lines:
+            values = [float(row[c]) for c in COLUMNS]
+            trains.setdefault(int(values[0]), []).append(values[1:])
     if not trains:
         raise DataError(f'{path}: holds no differences')
     return {cars: dict(zip(COLUMNS[1:], np.array(rows).T)) for cars, rows in trains.items()}

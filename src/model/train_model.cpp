@@ -53,12 +53,6 @@ std::vector<CouplerState<double>> TrainModel::couplers(const double* y) const {
   return all;
 }
 
-void TrainModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const {
-  const auto theta = motion(y, car_count()).col(THETA);
-  cosine = theta.cos();
-  sine = theta.sin();
-}
-
 CarMotion TrainModel::car_motion(const double* y, Eigen::Index car) const {
   const ConstMotionMap q = motion(y, car_count());
   return {{q(car, X), q(car, Y)},

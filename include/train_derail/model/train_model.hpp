@@ -69,7 +69,7 @@ class TrainModel {
   virtual void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const = 0;
 
   /// Cosine and sine of every car's heading.
-  virtual void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const;
+  virtual void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const = 0;
   CarMotion car_motion(const double* y, Eigen::Index car) const;
   /// `offset` along the car's axis from its centre, forward positive [m].
   PointMotion point(const double* y, Eigen::Index car, double offset) const { return car_motion(y, car).point(offset); }
