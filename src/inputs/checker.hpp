@@ -12,7 +12,7 @@
 namespace train_derail::inputs {
 
 [[noreturn]] inline void refuse(const std::string& key, const std::string& value, const std::string& problem,
-                         const std::string& allowed) {
+                                const std::string& allowed) {
   throw InputError("scenario", key, value, problem, allowed);
 }
 

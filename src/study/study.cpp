@@ -143,18 +143,18 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   if (spread && !kSpreads.contains(*spread)) {
     throw InputError("command line", "--spread", fmt::format("{}", *spread), "out of range", kSpreads.text("1"));
   }
-  inputs::Checker checker("");
-  try {
-    describe_study(checker, entry);
-  } catch (const InputError& e) {
-    throw InputError(where(e.key()), e.key(), e.value(), e.problem(), e.allowed());
-  }
   if (entry.scenario.empty()) throw InputError(path, "scenario", "", "missing", "a path relative to this file");
   if (entry.factors.empty()) throw InputError(path, "factors", "", "no factors", "at least one");
   if (random(entry.plan) && entry.samples < 1) {
     throw InputError(where("samples"), "samples", fmt::format("{}", entry.samples), "the plan needs samples", ">= 1");
   }
 
+  inputs::Checker checker("");
+  try {
+    describe_study(checker, entry);
+  } catch (const InputError& e) {
+    throw InputError(where(e.key()), e.key(), e.value(), e.problem(), e.allowed());
+  }
   if (!random(entry.plan) && entry.spread != 1.0) {
     throw InputError(where("spread"), "spread", fmt::format("{}", entry.spread), "the plan samples no ranges", "1");
   }
