@@ -72,6 +72,7 @@ std::string to_json(const Outcome& o) {
   j["energy_residual"] = o.energy_residual;
   j["ended"] = to_string(o.ended);
   j["message"] = o.message;
+  j["warnings"] = o.warnings;
   j["steps"] = o.solver.steps;
   j["rejected_steps"] = o.solver.rejected_steps;
   j["rhs_evaluations"] = o.solver.rhs_evaluations;
@@ -150,6 +151,7 @@ std::string to_table(const Outcome& o) {
   row("steps (rejected)", fmt::format("{:10d} ({})", o.solver.steps, o.solver.rejected_steps));
   row("right-hand sides", fmt::format("{:10d}", o.solver.rhs_evaluations));
   row("computing time", fmt::format("{:10.3f} s", o.wall_time));
+  for (const std::string& warning : o.warnings) t += "warning: " + warning + "\n";
   return t;
 }
 

@@ -120,6 +120,8 @@ CouplerForces to_message(const std::vector<simulation::CouplerSnapshot>& coupler
     to.swing_trail = from.swing_trail;
     to.moment_lead = from.moment_lead;
     to.moment_trail = from.moment_trail;
+    to.buff_peak = from.buff_peak;
+    to.draft_peak = from.draft_peak;
     to.broken = from.broken;
   }
   return m;
@@ -160,6 +162,7 @@ Outcome to_message(const outcome::Outcome& o, const std_msgs::Header& header, st
   m.run_id = run_id;
   m.ended = to_constant(o.ended);
   m.message = o.message;
+  m.warnings = o.warnings;
   m.stop_time = o.stop_time;
   m.cars = static_cast<std::uint32_t>(o.cars);
   m.cars_past_pod = static_cast<std::uint32_t>(o.cars_past_pod);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/warnings.hpp"
 #include "train_derail/model/derailment_model.hpp"
 #include "train_derail/model/extended_model.hpp"
 #include "train_derail/outcome/monitor.hpp"
@@ -164,6 +165,7 @@ struct Simulation::Impl {
         model(motion->model()),
         state(initial != nullptr ? *initial : model.initial_state()),
         monitor(model, scenario.outcome, 0.0, state) {
+    for (const inputs::Warning& w : inputs::warnings(scenario)) warnings.push_back(to_string(w));
     motion->start(scenario.solver, state);
     integrator = &motion->integrator();
   }
@@ -179,11 +181,13 @@ struct Simulation::Impl {
   bool pending = false;  // a car reaches the point of derailment at integrator->time()
   outcome::Ended ended = outcome::Ended::running;
   std::string message;
+  std::vector<std::string> warnings;
   double wall_time = 0.0;
 
-  void advance(double target) {
+  void advance(double target, const std::atomic<bool>* stop) {
     target = std::min(target, scenario.stop.time_max);
     while (ended == outcome::Ended::running && time < target) {
+      if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
       const double reached = integrator->time();
       const double sample_time = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
       if (sample_time <= std::min(reached, target)) {
@@ -233,13 +237,13 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 void Simulation::reset(const inputs::Scenario& scenario) { impl_ = std::make_unique<Impl>(scenario, nullptr); }
 
-void Simulation::advance(double t) {
+void Simulation::advance(double t, const std::atomic<bool>* stop) {
   const auto start = std::chrono::steady_clock::now();
-  impl_->advance(t);
+  impl_->advance(t, stop);
   impl_->wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void Simulation::run() { advance(inputs::kInfinity); }
+void Simulation::run(const std::atomic<bool>* stop) { advance(inputs::kInfinity, stop); }
 
 const inputs::Scenario& Simulation::scenario() const { return impl_->scenario; }
 const std::vector<model::Car>& Simulation::cars() const { return impl_->model.cars(); }
@@ -279,6 +283,7 @@ outcome::Outcome Simulation::outcome() const {
   impl_->monitor.report(impl_->time, impl_->state.data(), o);
   o.ended = impl_->ended;
   o.message = impl_->message;
+  o.warnings = impl_->warnings;
   o.solver = impl_->integrator->statistics();
   o.wall_time = impl_->wall_time;
   return o;

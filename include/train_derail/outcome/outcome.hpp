@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/energy_ledger.hpp"
@@ -91,6 +92,7 @@ struct Outcome {
   double energy_residual = 0.0;     // |total - initial| / initial; 0 if there was none to begin with
   Ended ended = Ended::running;
   std::string message;              // why the integration failed
+  std::vector<std::string> warnings;  // what should be looked at before the numbers are believed; one line each
   solver::Statistics solver;
   double wall_time = 0.0;           // spent in integrating and monitoring [s]
 

@@ -1,6 +1,7 @@
 // One run of one scenario: the same object under the node, the command line and the studies.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -29,6 +30,11 @@ struct CouplerSnapshot {
   double swing_lead, swing_trail;    // gamma at either end [rad]
   double moment_lead, moment_trail;  // m on either car [N m]
   bool broken;                       // carries nothing any more
+  // Largest since the call of advance() before the last one ended, found within steps; magnitudes.
+  double buff_peak = 0.0;            // [N]
+  double draft_peak = 0.0;           // [N]
+  double buff_peak_time = 0.0;       // [s]
+  double draft_peak_time = 0.0;      // [s]
 };
 
 struct Snapshot {
@@ -53,9 +59,10 @@ class Simulation {
   void reset(const inputs::Scenario& scenario);
 
   /// Runs on to simulated time t [s], or to the end of the run if that comes first. A t in the past does nothing.
-  void advance(double t);
+  /// Returns within a few steps once `stop` is set: then time() may be short of t and the run has not ended; a later call goes on.
+  void advance(double t, const std::atomic<bool>* stop = nullptr);
   /// Runs to the end.
-  void run();
+  void run(const std::atomic<bool>* stop = nullptr);
 
   const inputs::Scenario& scenario() const;
   const std::vector<model::Car>& cars() const;
