@@ -12,8 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kFloors{"inputs", "model", "solver", "outcome", "simulation", "multibody", "study",
-                                       "validation", "ros"};
+const std::vector<std::string> kFloors{"files", "inputs", "model", "solver", "outcome", "simulation", "multibody",
+                                       "study", "validation", "ros"};
 
 std::size_t floor_of(const std::string& name) {
   return static_cast<std::size_t>(std::find(kFloors.begin(), kFloors.end(), name) - kFloors.begin());
