@@ -13,7 +13,7 @@ namespace {
 constexpr double kMargin = 0.3;          // m, by which bounds are widened: pairs are looked for anew when a car has moved that far
 constexpr double kSameImpact = 0.25;     // s
 
-Eigen::Vector2d velocity_at(const CarColumns& q, int car, const Eigen::Vector2d& point) {
+Vector2 velocity_at(const CarColumns& q, int car, const Vector2& point) {
   return {q.vx[car] - q.omega[car] * (point.y() - q.y[car]), q.vy[car] + q.omega[car] * (point.x() - q.x[car])};
 }
 
@@ -29,7 +29,7 @@ TRAIN_DERAIL_WIDE double fastest_point(std::ptrdiff_t n, const double* vx, const
 }
 
 /// The face of a car that a push along `direction` (into the car) meets.
-Face face_met(const Footprint& box, const Eigen::Vector2d& direction) {
+Face face_met(const Footprint& box, const Vector2& direction) {
   const double along = box.axis.dot(direction), across = box.side().dot(direction);
   if (std::abs(along) > std::abs(across)) return along < 0.0 ? Face::front : Face::rear;
   return across < 0.0 ? Face::left : Face::right;
@@ -40,7 +40,7 @@ Face face_met(const Footprint& box, const Eigen::Vector2d& direction) {
 Contacts::Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed)
     : law_(law), regularization_speed_(regularization_speed), moved_(inputs::kInfinity), bounds_(cars.size()) {
   for (const Car& c : cars) {
-    boxes_.push_back({Eigen::Vector2d::Zero(), Eigen::Vector2d::UnitX(), 0.5 * c.length, 0.5 * c.width});
+    boxes_.push_back({Vector2::Zero(), Vector2::UnitX(), 0.5 * c.length, 0.5 * c.width});
     radius_.push_back(std::hypot(0.5 * c.length, 0.5 * c.width));
     mass_.push_back(c.mass);
     by_x_.push_back(static_cast<int>(by_x_.size()));
@@ -100,7 +100,7 @@ void Contacts::add_forces(double t, double h, const CarColumns& q, const Loads& 
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     place(a);
     place(b);
-    const Eigen::Vector2d between = boxes_[a].centre - boxes_[b].centre;
+    const Vector2 between = boxes_[a].centre - boxes_[b].centre;
     const double reach = radius_[a] + radius_[b];
     const Manifold m = between.squaredNorm() > reach * reach ? Manifold{} : press(boxes_[a], boxes_[b]);
     if (m.count == 0) {
@@ -108,23 +108,23 @@ void Contacts::add_forces(double t, double h, const CarColumns& q, const Loads& 
       continue;
     }
     double force = 0.0;
-    Eigen::Vector2d first_velocity = Eigen::Vector2d::Zero();
+    Vector2 first_velocity = Vector2::Zero();
     const double share = 1.0 / m.count, reduced_mass = mass_[a] * mass_[b] / (mass_[a] + mass_[b]);
     for (int i = 0; i < m.count; ++i) {
-      const Eigen::Vector2d& p = m.point[i];
-      const Eigen::Vector2d v = velocity_at(q, pair.a, p) - velocity_at(q, pair.b, p);
+      const Vector2& p = m.point[i];
+      const Vector2 v = velocity_at(q, pair.a, p) - velocity_at(q, pair.b, p);
       const double closing = -v.dot(m.normal);
       if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
       const double push = share * contact_force(law_, m.depth[i], closing, pair.crushed);
       if (push <= 0.0) continue;
       force += push;
       incidents.overlap_max = std::max(incidents.overlap_max, m.depth[i] - pair.crushed);
-      const Eigen::Vector2d slip = v + closing * m.normal;
+      const Vector2 slip = v + closing * m.normal;
       // No finer than one step can follow.
       const double v_eps = std::max(regularization_speed_, law_.friction * push * h / (0.25 * reduced_mass));
-      const Eigen::Vector2d friction = -law_.friction * push / std::sqrt(slip.squaredNorm() + v_eps * v_eps) * slip;
-      const Eigen::Vector2d normal = push * m.normal, f = normal + friction;
-      const Eigen::Vector2d ra = p - boxes_[a].centre, rb = p - boxes_[b].centre;
+      const Vector2 friction = -law_.friction * push / std::sqrt(slip.squaredNorm() + v_eps * v_eps) * slip;
+      const Vector2 normal = push * m.normal, f = normal + friction;
+      const Vector2 ra = p - boxes_[a].centre, rb = p - boxes_[b].centre;
       loads.fx[pair.a] += f.x();
       loads.fy[pair.a] += f.y();
       loads.moment[pair.a] += ra.x() * f.y() - ra.y() * f.x();
@@ -137,12 +137,12 @@ void Contacts::add_forces(double t, double h, const CarColumns& q, const Loads& 
   }
 }
 
-void Contacts::note(double t, double h, Pair& pair, const Manifold& m, const Eigen::Vector2d& velocity, double force,
+void Contacts::note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force,
                     Incidents& incidents) const {
   const Footprint &a = boxes_[static_cast<std::size_t>(pair.a)], &b = boxes_[static_cast<std::size_t>(pair.b)];
   if (pair.impact < 0 || t - pair.seen > kSameImpact) {
     pair.impact = static_cast<int>(incidents.impacts.size());
-    const Eigen::Vector2d& p = m.point[0];
+    const Vector2& p = m.point[0];
     incidents.impacts.push_back({t, t, pair.a, pair.b, face_met(a, m.normal), face_met(b, -m.normal),
                                  (p - a.centre).dot(a.axis), (p - b.centre).dot(b.axis), p.x(), p.y(), velocity.norm(),
                                  -velocity.dot(m.normal), 0.0, 0.0});
@@ -159,12 +159,12 @@ Contacts::Work Contacts::work(double h, const CarColumns& before, const CarColum
   for (const Push& p : pushes_) {
     // Arms of the beginning of the step, where the forces acted.
     const auto velocity = [&](int car) {
-      const Eigen::Vector2d r = p.point - Eigen::Vector2d(before.x[car], before.y[car]);
+      const Vector2 r = p.point - Vector2(before.x[car], before.y[car]);
       const double omega = 0.5 * (before.omega[car] + after.omega[car]);
-      return Eigen::Vector2d(0.5 * (before.vx[car] + after.vx[car]) - omega * r.y(),
+      return Vector2(0.5 * (before.vx[car] + after.vx[car]) - omega * r.y(),
                              0.5 * (before.vy[car] + after.vy[car]) + omega * r.x());
     };
-    const Eigen::Vector2d v = velocity(p.a) - velocity(p.b);
+    const Vector2 v = velocity(p.a) - velocity(p.b);
     w.normal -= h * p.normal.dot(v);
     w.friction -= h * p.friction.dot(v);
   }

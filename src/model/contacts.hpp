@@ -45,11 +45,11 @@ class Contacts {
   };
   struct Push {
     int a, b;
-    Eigen::Vector2d point, normal, friction;  // forces on a [N]
+    Vector2 point, normal, friction;  // forces on a [N]
   };
 
   void find_pairs();
-  void note(double t, double h, Pair& pair, const Manifold& m, const Eigen::Vector2d& velocity, double force, Incidents& incidents) const;
+  void note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force, Incidents& incidents) const;
 
   const inputs::Contact law_;
   const double regularization_speed_;

@@ -65,7 +65,7 @@ DerailmentModel::DerailmentModel(const inputs::Scenario& scenario, const std::st
                       &inverse_mass_y_, &inverse_inertia_, &cos_, &sin_}) {
     array->resize(n);
   }
-  for (auto* array : {&force_x_, &force_y_, &moment_lead_, &moment_trail_}) *array = Eigen::ArrayXd::Zero(n + 1);
+  for (auto* array : {&force_x_, &force_y_, &moment_lead_, &moment_trail_}) *array = ArrayX::Zero(n + 1);
   for (Eigen::Index k = 0; k < n; ++k) {
     lay(k);
   }
@@ -101,16 +101,12 @@ bool DerailmentModel::derivative(const double* y, double* dydt) const {
   return kernels_->right_hand_side(arrays(), y, dydt);
 }
 
-void DerailmentModel::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const {
-  gap.resize(coupler_count());
-  rate.resize(coupler_count());
-  kernels_->gaps(arrays(), y, gap.data(), rate.data());
+void DerailmentModel::find_gaps(const double* y, double* gap, double* rate) const {
+  kernels_->gaps(arrays(), y, gap, rate);
 }
 
-void DerailmentModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const {
-  cosine.resize(car_count());
-  sine.resize(car_count());
-  kernels_->headings(car_count(), y + THETA * car_count(), cosine.data(), sine.data());
+void DerailmentModel::find_headings(const double* y, double* cosine, double* sine) const {
+  kernels_->headings(car_count(), y + THETA * car_count(), cosine, sine);
 }
 
 double DerailmentModel::foremost_on_track(const double* y) const {

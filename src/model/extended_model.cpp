@@ -101,17 +101,17 @@ ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string
       patches_(scenario.ground.patches) {
   const Eigen::Index n = car_count();
   for (auto* a : {&brake_ratio_, &pipe_, &inverse_mass_, &inverse_inertia_, &cos_, &sin_, &along_, &fx_, &fy_, &moment_, &turned_}) {
-    *a = Eigen::ArrayXd::Zero(n);
+    *a = ArrayX::Zero(n);
   }
   for (auto* a : {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &truck_x_, &truck_y_,
                   &brake_, &lateral_}) {
-    *a = Eigen::ArrayXd::Zero(2 * n);
+    *a = ArrayX::Zero(2 * n);
   }
-  for (auto* a : {&on_track_, &tangent_x_, &patch_}) *a = Eigen::ArrayXd::Ones(2 * n);
-  for (auto* a : {&damping_, &axial_, &damper_, &ux_, &uy_, &cos_swing_, &end_moment_}) *a = Eigen::ArrayXd::Zero(n - 1);
-  alive_ = Eigen::ArrayXd::Ones(n - 1);
-  for (auto* a : {&pin_x_, &pin_y_, &moment_lead_, &moment_trail_}) *a = Eigen::ArrayXd::Zero(n + 1);
-  signal_ = Eigen::ArrayXd::Constant(n, inputs::kInfinity);
+  for (auto* a : {&on_track_, &tangent_x_, &patch_}) *a = ArrayX::Ones(2 * n);
+  for (auto* a : {&damping_, &axial_, &damper_, &ux_, &uy_, &cos_swing_, &end_moment_}) *a = ArrayX::Zero(n - 1);
+  alive_ = ArrayX::Ones(n - 1);
+  for (auto* a : {&pin_x_, &pin_y_, &moment_lead_, &moment_trail_}) *a = ArrayX::Zero(n + 1);
+  signal_ = ArrayX::Constant(n, inputs::kInfinity);
 
   boost::random::mt19937_64 generator(static_cast<std::uint64_t>(initial_.perturbation.seed) ^ 0x61c5e1ULL);
   boost::random::normal_distribution<double> normal;
@@ -155,14 +155,14 @@ StateVector ExtendedModel::initial_state() const {
     // Both truck centres on the rails, the car moving along them.
     const auto on_rails_at = [&](double s) {
       const Track::Node n = track_.at(s);
-      return Eigen::Vector2d(n.point + track_.alignment(s) * Eigen::Vector2d(-n.tangent.y(), n.tangent.x()));
+      return Vector2(n.point + track_.alignment(s) * Vector2(-n.tangent.y(), n.tangent.x()));
     };
     const double s_front = m(k, X) + half_spacing_[k], s_rear = m(k, X) - half_spacing_[k], step = 0.01;
-    const Eigen::Vector2d front = on_rails_at(s_front), rear = on_rails_at(s_rear);
-    const Eigen::Vector2d front_velocity = initial_.speed / step * (on_rails_at(s_front + step) - front);
-    const Eigen::Vector2d rear_velocity = initial_.speed / step * (on_rails_at(s_rear + step) - rear);
-    const Eigen::Vector2d chord = front - rear, centre = 0.5 * (front + rear), velocity = 0.5 * (front_velocity + rear_velocity);
-    const Eigen::Vector2d turning = front_velocity - rear_velocity, across(-chord.normalized().y(), chord.normalized().x());
+    const Vector2 front = on_rails_at(s_front), rear = on_rails_at(s_rear);
+    const Vector2 front_velocity = initial_.speed / step * (on_rails_at(s_front + step) - front);
+    const Vector2 rear_velocity = initial_.speed / step * (on_rails_at(s_rear + step) - rear);
+    const Vector2 chord = front - rear, centre = 0.5 * (front + rear), velocity = 0.5 * (front_velocity + rear_velocity);
+    const Vector2 turning = front_velocity - rear_velocity, across(-chord.normalized().y(), chord.normalized().x());
     const double swing_out = m(k, VY);
     m(k, X) = centre.x();
     m(k, Y) = centre.y();
@@ -235,11 +235,11 @@ bool ExtendedModel::derailed(Eigen::Index car) const {
   return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
 }
 
-TrackPlace ExtendedModel::track_place(Eigen::Index car, const Eigen::Vector2d& point) const {
+TrackPlace ExtendedModel::track_place(Eigen::Index car, const Vector2& point) const {
   if (track_.straight()) return TrainModel::track_place(car, point);
   const double s = track_.foot(point, arc_[truck(car, FRONT)]);
   const Track::Node n = track_.at(s);
-  return {s, (point - n.point).dot(Eigen::Vector2d(-n.tangent.y(), n.tangent.x())), n.tangent};
+  return {s, (point - n.point).dot(Vector2(-n.tangent.y(), n.tangent.x())), n.tangent};
 }
 
 void ExtendedModel::accelerations(double t, double h, const double* y, double* result) {
@@ -402,7 +402,7 @@ CouplerState<double> ExtendedModel::coupler(const double* y, Eigen::Index i) con
     return b;
   }
   const double spring = coupler_spring_force(coupler_, b.gap);
-  const Eigen::Vector2d rate = rear_pin(y, i).velocity - front_pin(y, i + 1).velocity;
+  const Vector2 rate = rear_pin(y, i).velocity - front_pin(y, i + 1).velocity;
   const double axial = spring + coupler_damper_force(damping_[i], spring, rate.x() * b.ux + rate.y() * b.uy);
   b.force_x += (axial - b.axial) * b.ux;
   b.force_y += (axial - b.axial) * b.uy;
@@ -410,18 +410,14 @@ CouplerState<double> ExtendedModel::coupler(const double* y, Eigen::Index i) con
   return b;
 }
 
-void ExtendedModel::headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const {
-  cosine.resize(car_count());
-  sine.resize(car_count());
-  kernels_->headings(car_count(), y + THETA * car_count(), cosine.data(), sine.data());
+void ExtendedModel::find_headings(const double* y, double* cosine, double* sine) const {
+  kernels_->headings(car_count(), y + THETA * car_count(), cosine, sine);
 }
 
-void ExtendedModel::gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const {
-  gap.resize(coupler_count());
-  rate.resize(coupler_count());
+void ExtendedModel::find_gaps(const double* y, double* gap, double* rate) const {
   for (Eigen::Index i = 0; i < coupler_count(); ++i) {
     const PointMotion lead = rear_pin(y, i), trail = front_pin(y, i + 1);
-    const Eigen::Vector2d d = lead.position - trail.position;
+    const Vector2 d = lead.position - trail.position;
     gap[i] = d.norm();
     rate[i] = d.dot(lead.velocity - trail.velocity) / gap[i];
   }

@@ -9,7 +9,7 @@ namespace train_derail::model {
 namespace {
 
 /// Point of `f` that lies farthest along `direction`: a corner, or the middle of an edge that lies square to it.
-Eigen::Vector2d farthest(const Footprint& f, const Eigen::Vector2d& direction) {
+Vector2 farthest(const Footprint& f, const Vector2& direction) {
   constexpr double kSquare = 1e-9;
   const auto pick = [](double along, double half) {
     return std::abs(along) < kSquare ? 0.0 : std::copysign(half, along);
@@ -21,31 +21,31 @@ Eigen::Vector2d farthest(const Footprint& f, const Eigen::Vector2d& direction) {
 }  // namespace
 
 std::optional<Touch> touch(const Footprint& a, const Footprint& b) {
-  const Eigen::Vector2d between = a.centre - b.centre;
-  Touch best{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), std::numeric_limits<double>::infinity()};
+  const Vector2 between = a.centre - b.centre;
+  Touch best{Vector2::Zero(), Vector2::Zero(), std::numeric_limits<double>::infinity()};
   bool face_of_a = true;
-  const Eigen::Vector2d candidates[4] = {a.axis, a.side(), b.axis, b.side()};
+  const Vector2 candidates[4] = {a.axis, a.side(), b.axis, b.side()};
   for (int i = 0; i < 4; ++i) {
-    const Eigen::Vector2d& n = candidates[i];
+    const Vector2& n = candidates[i];
     const double distance = between.dot(n);
     const double depth = a.reach(n) + b.reach(n) - std::abs(distance);
     if (depth < 0.0) return std::nullopt;
     if (depth < best.depth) {
       best.depth = depth;
-      best.normal = distance >= 0.0 ? n : Eigen::Vector2d(-n);
+      best.normal = distance >= 0.0 ? n : Vector2(-n);
       face_of_a = i < 2;
     }
   }
-  best.point = face_of_a ? farthest(b, best.normal) : farthest(a, Eigen::Vector2d(-best.normal));
+  best.point = face_of_a ? farthest(b, best.normal) : farthest(a, Vector2(-best.normal));
   return best;
 }
 
 Manifold press(const Footprint& a, const Footprint& b) {
   Manifold m;
-  const Eigen::Vector2d between = a.centre - b.centre;
+  const Vector2 between = a.centre - b.centre;
   // Relative orientation once; the reach of one box along the axes of the other follows from it.
   const double c = std::abs(a.axis.dot(b.axis)), s = std::abs(a.axis.dot(b.side()));
-  const Eigen::Vector2d axes[4] = {a.axis, a.side(), b.axis, b.side()};
+  const Vector2 axes[4] = {a.axis, a.side(), b.axis, b.side()};
   const double sum[4] = {a.half_length + b.half_length * c + b.half_width * s, a.half_width + b.half_length * s + b.half_width * c,
                          b.half_length + a.half_length * c + a.half_width * s, b.half_width + a.half_length * s + a.half_width * c};
   int face = -1;
@@ -56,14 +56,14 @@ Manifold press(const Footprint& a, const Footprint& b) {
     if (depth < least) {
       least = depth;
       face = i;
-      m.normal = distance >= 0.0 ? axes[i] : Eigen::Vector2d(-axes[i]);
+      m.normal = distance >= 0.0 ? axes[i] : Vector2(-axes[i]);
     }
   }
   m.face_of_a = face < 2;
   const Footprint& reference = m.face_of_a ? a : b;
   const Footprint& incident = m.face_of_a ? b : a;
-  const Eigen::Vector2d outward = m.face_of_a ? Eigen::Vector2d(-m.normal) : m.normal;  // from the reference's face
-  const Eigen::Vector2d along(-outward.y(), outward.x());
+  const Vector2 outward = m.face_of_a ? Vector2(-m.normal) : m.normal;  // from the reference's face
+  const Vector2 along(-outward.y(), outward.x());
   const bool end_face = face % 2 == 0;
   const double face_distance = end_face ? reference.half_length : reference.half_width;
   const double face_half = end_face ? reference.half_width : reference.half_length;
@@ -71,11 +71,11 @@ Manifold press(const Footprint& a, const Footprint& b) {
   // The incident edge is the one that looks against `outward` most.
   const double by_axis = incident.axis.dot(outward), by_side = incident.side().dot(outward);
   const bool end_edge = std::abs(by_axis) > std::abs(by_side);
-  const Eigen::Vector2d edge_normal = end_edge ? Eigen::Vector2d(std::copysign(1.0, -by_axis) * incident.axis)
-                                               : Eigen::Vector2d(std::copysign(1.0, -by_side) * incident.side());
-  const Eigen::Vector2d edge_along(-edge_normal.y(), edge_normal.x());
+  const Vector2 edge_normal = end_edge ? Vector2(std::copysign(1.0, -by_axis) * incident.axis)
+                                               : Vector2(std::copysign(1.0, -by_side) * incident.side());
+  const Vector2 edge_along(-edge_normal.y(), edge_normal.x());
   const double edge_half = end_edge ? incident.half_width : incident.half_length;
-  const Eigen::Vector2d middle = incident.centre + (end_edge ? incident.half_length : incident.half_width) * edge_normal;
+  const Vector2 middle = incident.centre + (end_edge ? incident.half_length : incident.half_width) * edge_normal;
 
   // Clip the edge, middle + t edge_along with |t| <= edge_half, to |along| <= face_half.
   const double at = (middle - reference.centre).dot(along), slope = edge_along.dot(along);
@@ -88,12 +88,12 @@ Manifold press(const Footprint& a, const Footprint& b) {
   if (from > to) {
     // The edge passes the face by: what is deepest in the other is its corner.
     m.count = 1;
-    m.point[0] = farthest(incident, Eigen::Vector2d(-outward));
+    m.point[0] = farthest(incident, Vector2(-outward));
     m.depth[0] = least;
     return m;
   }
   for (const double t : {from, to}) {
-    const Eigen::Vector2d p = middle + t * edge_along;
+    const Vector2 p = middle + t * edge_along;
     const double depth = face_distance - (p - reference.centre).dot(outward);
     if (depth <= 0.0 || (m.count == 1 && to - from < 1e-9)) continue;
     m.point[m.count] = p;

@@ -96,10 +96,10 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
     const auto s_of = [&](std::size_t i) { return s_min + static_cast<double>(i) * kBin; };
     const auto direction = [&](double s) {
       const double angle = heading(scenario.track.curves, s);
-      return Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      return Vector2(std::cos(angle), std::sin(angle));
     };
     // Steps of a bin along the heading in its middle: second order, 3 mm in 100 m at the sharpest curve allowed.
-    Eigen::Vector2d point(0.0, 0.0);
+    Vector2 point(0.0, 0.0);
     for (std::size_t i = 0; i < bins; ++i) {
       nodes_[i] = {point, direction(s_of(i))};
       point += kBin * direction(s_of(i) + 0.5 * kBin);
@@ -116,20 +116,20 @@ Track::Node Track::at(double s) const {
   const auto i = static_cast<std::size_t>(b);
   const double share = b - static_cast<double>(i), beyond = s - (s_min_ + b * kBin);
   const Node &a = nodes_[i], &c = nodes_[i + 1];
-  const Eigen::Vector2d tangent = (a.tangent + share * (c.tangent - a.tangent)).normalized();
+  const Vector2 tangent = (a.tangent + share * (c.tangent - a.tangent)).normalized();
   // Between two nodes an arc bulges from its chord, against the way it turns.
-  const Eigen::Vector2d bulge = -0.5 * share * (1.0 - share) * kBin * (c.tangent - a.tangent);
+  const Vector2 bulge = -0.5 * share * (1.0 - share) * kBin * (c.tangent - a.tangent);
   return {a.point + share * (c.point - a.point) + bulge + beyond * tangent, tangent};
 }
 
-double Track::nearest(const Eigen::Vector2d& p) const {
+double Track::nearest(const Vector2& p) const {
   if (straight()) return p.x();
   const auto closer = [&](const Node& a, const Node& b) { return (a.point - p).squaredNorm() < (b.point - p).squaredNorm(); };
   const auto node = std::min_element(nodes_.begin(), nodes_.end(), closer);
   return foot(p, s_min_ + kBin * static_cast<double>(node - nodes_.begin()));
 }
 
-double Track::foot(const Eigen::Vector2d& p, double s) const {
+double Track::foot(const Vector2& p, double s) const {
   if (straight()) return p.x();
   // Each pass takes the error to that times offset / radius.
   for (int i = 0; i < 20; ++i) {

@@ -42,7 +42,7 @@ StateVector TrainModel::initial_state() const {
 
 CouplerState<double> TrainModel::coupler(const double* y, Eigen::Index i) const {
   const ConstMotionMap q = motion(y, car_count());
-  const Eigen::Vector2d d = rear_pin(y, i).position - front_pin(y, i + 1).position;
+  const Vector2 d = rear_pin(y, i).position - front_pin(y, i + 1).position;
   return coupler_state<double>(coupler_, d.x(), d.y(), std::cos(q(i, THETA)), std::sin(q(i, THETA)),
                                std::cos(q(i + 1, THETA)), std::sin(q(i + 1, THETA)));
 }

@@ -10,16 +10,15 @@ namespace train_derail::multibody {
 
 namespace {
 
-using Eigen::Vector2d;
 
-Vector2d axis(const CarMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
+Vector2 axis(const CarMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
 
 /// Place and velocity of the point `ahead` metres before the centre.
-Vector2d place(const CarMotion& c, double ahead) { return Vector2d(c.x, c.y) + ahead * axis(c); }
-Vector2d velocity(const CarMotion& c, const Vector2d& point) {
+Vector2 place(const CarMotion& c, double ahead) { return Vector2(c.x, c.y) + ahead * axis(c); }
+Vector2 velocity(const CarMotion& c, const Vector2& point) {
   return {c.vx - c.omega * (point.y() - c.y), c.vy + c.omega * (point.x() - c.x)};
 }
-Vector2d velocity(const CarMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
+Vector2 velocity(const CarMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
 
 model::Footprint footprint(const model::Car& car, const CarMotion& c) {
   return {{c.x, c.y}, axis(c), 0.5 * car.length, 0.5 * car.width};
@@ -88,7 +87,7 @@ void Observer::touches(double t, const std::vector<CarMotion>& motion) {
       now.emplace(a, b);
       if (touching_.count({a, b}) > 0) continue;
       ++touches_;
-      const Vector2d approach = velocity(motion[b], contact->point) - velocity(motion[a], contact->point);
+      const Vector2 approach = velocity(motion[b], contact->point) - velocity(motion[a], contact->point);
       if (approach.norm() > closing_.speed) {
         closing_ = {approach.norm(),
                     approach.dot(contact->normal),
@@ -118,8 +117,8 @@ void Observer::report(const std::vector<CarMotion>& motion, const std::vector<ch
     footprints.push_back(footprint(train_[k], motion[k]));
     counted.push_back(past[k] != 0 || off_track_[k] != 0);
   }
-  o.pile_up = outcome::pile_up(footprints, counted, [](std::size_t, const Eigen::Vector2d& point) {
-    return model::TrackPlace{point.x(), point.y(), Eigen::Vector2d::UnitX()};
+  o.pile_up = outcome::pile_up(footprints, counted, [](std::size_t, const Vector2& point) {
+    return model::TrackPlace{point.x(), point.y(), Vector2::UnitX()};
   });
 }
 

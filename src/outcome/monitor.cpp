@@ -12,9 +12,9 @@ namespace train_derail::outcome {
 namespace {
 
 /// Velocity of a point that moves with the car.
-Eigen::Vector2d velocity_at(const model::CarMotion& car, const Eigen::Vector2d& point) {
-  const Eigen::Vector2d arm = point - car.centre;
-  return car.velocity + car.omega * Eigen::Vector2d(-arm.y(), arm.x());
+Vector2 velocity_at(const model::CarMotion& car, const Vector2& point) {
+  const Vector2 arm = point - car.centre;
+  return car.velocity + car.omega * Vector2(-arm.y(), arm.x());
 }
 
 double square(double x) { return x * x; }
@@ -106,7 +106,7 @@ void Monitor::GapExtremes::consider(Eigen::Index coupler, double gap, double tim
   if (gap > widest.gap) widest = {gap, coupler, time};
 }
 
-void Monitor::extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const {
+void Monitor::extend(GapExtremes& extremes, double t, const ArrayX& gap, const ArrayX& rate) const {
   const double h = t - step_time_;
   if (h <= 0.0 || gap_.size() == 0) return;
   // A cubic leaves the range of its ends by no more than this; few steps can hold a new extreme.
@@ -182,7 +182,7 @@ void Monitor::sample_speeds(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
   neighbour_speeds(n - 1, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n, sine_.data(), cosine_.data(),
                    half_length_.data(), pins_squared_.data(), centres_squared_.data());
-  const auto consider = [t](const Eigen::ArrayXd& squared, RelativeSpeed& largest) {
+  const auto consider = [t](const ArrayX& squared, RelativeSpeed& largest) {
     if (largest_of(squared.size(), squared.data()) <= largest.speed * largest.speed) return;
     Eigen::Index coupler = 0;
     const double speed = std::sqrt(squared.maxCoeff(&coupler));
@@ -220,7 +220,7 @@ void Monitor::sample_touches(double t, const double* y) {
       if (!contact) continue;
       now.emplace_back(a, b);
       if (std::binary_search(touching_.begin(), touching_.end(), now.back())) continue;
-      const Eigen::Vector2d v = velocity_at(car_a, contact->point) - velocity_at(car_b, contact->point);
+      const Vector2 v = velocity_at(car_a, contact->point) - velocity_at(car_b, contact->point);
       note({v.norm(), -v.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t, contact->point.x(),
             contact->point.y()});
     }
@@ -236,7 +236,7 @@ PileUp Monitor::pile_up(const double* y) const {
     footprints.push_back(footprint(k, model_.car_motion(y, k)));
     counted.push_back(model_.derailed(k) || off_track(k));
   }
-  return outcome::pile_up(footprints, counted, [this](std::size_t car, const Eigen::Vector2d& point) {
+  return outcome::pile_up(footprints, counted, [this](std::size_t car, const Vector2& point) {
     return model_.track_place(static_cast<Eigen::Index>(car), point);
   });
 }
@@ -274,7 +274,7 @@ void Monitor::report_peaks(double t, const double* y, Outcome& o) const {
     return force > 0.0 ? PeakForce{force, static_cast<int>(e.coupler) + 1, e.time} : PeakForce{};
   };
   GapExtremes extremes = extremes_;
-  Eigen::ArrayXd gap, rate;
+  ArrayX gap, rate;
   model_.gaps(y, gap, rate);
   extend(extremes, t, gap, rate);
   o.coupler_buff_peak = peak(extremes.closest, 1.0);

@@ -30,10 +30,10 @@ PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool
     if (cosine < 0.5) ++p.cars_across;
     for (const double i : {-1.0, 1.0}) {
       for (const double j : {-1.0, 1.0}) {
-        const Eigen::Vector2d c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
+        const Vector2 c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
         bg::append(corners, Point(c.x(), c.y()));
         const model::TrackPlace corner = place(k, c);
-        extent.extend(Eigen::Vector2d(corner.s, corner.offset));
+        extent.extend(Vector2(corner.s, corner.offset));
       }
     }
     if (cosine >= kHeapCosine) continue;

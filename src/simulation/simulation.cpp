@@ -255,7 +255,7 @@ Snapshot Simulation::snapshot() const {
   const double* y = impl_->state.data();
   const model::TrainModel& m = impl_->model;
   const auto q = model::motion(y, m.car_count());
-  Eigen::ArrayXd cosine, sine;
+  ArrayX cosine, sine;
   m.headings(y, cosine, sine);
   Snapshot s;
   s.time = impl_->time;

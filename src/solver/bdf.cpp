@@ -14,7 +14,7 @@ inline void free_cvode(void* memory) { CVodeFree(&memory); }
 /// CVODE sees the unknowns in band order; state() and the system keep their own.
 class Bdf final : public Stepper {
  public:
-  Bdf(const inputs::Solver& options, OdeSystem& system, double t0, const Eigen::VectorXd& y0)
+  Bdf(const inputs::Solver& options, OdeSystem& system, double t0, const VectorX& y0)
       : Stepper(options, system, t0, y0),
         positions_(system.band_positions()),
         banded_(y0.size()),
@@ -41,7 +41,7 @@ class Bdf final : public Stepper {
     }
   }
 
-  void interpolate(double t, Eigen::VectorXd& y) const override {
+  void interpolate(double t, VectorX& y) const override {
     y.resize(state_.size());
     if (t == time_) {
       y = state_;
@@ -75,7 +75,7 @@ class Bdf final : public Stepper {
   }
 
  private:
-  Flag evolve(double& t, Eigen::VectorXd& y) override {
+  Flag evolve(double& t, VectorX& y) override {
     const int flag = CVode(memory_.get(), time_ + 1.0, y_.get(), &t, CV_ONE_STEP);
     if (flag < 0) return Flag::failed;
     from_band(banded_.data(), y);
@@ -90,10 +90,10 @@ class Bdf final : public Stepper {
     return finished_.steps + count;
   }
 
-  void to_band(const Eigen::VectorXd& natural, Eigen::VectorXd& banded) const {
+  void to_band(const VectorX& natural, VectorX& banded) const {
     for (std::size_t i = 0; i < positions_.size(); ++i) banded[positions_[i]] = natural[static_cast<Eigen::Index>(i)];
   }
-  void from_band(const double* banded, Eigen::VectorXd& natural) const {
+  void from_band(const double* banded, VectorX& natural) const {
     for (std::size_t i = 0; i < positions_.size(); ++i) natural[static_cast<Eigen::Index>(i)] = banded[positions_[i]];
   }
 
@@ -131,7 +131,7 @@ class Bdf final : public Stepper {
   }
 
   const std::vector<Eigen::Index> positions_;
-  Eigen::VectorXd banded_, natural_, natural_rate_, dense_;
+  VectorX banded_, natural_, natural_rate_, dense_;
   Vector y_, dense_view_;
   Matrix jacobian_;
   LinearSolver linear_solver_;
@@ -142,7 +142,7 @@ class Bdf final : public Stepper {
 }  // namespace
 
 std::unique_ptr<Integrator> make_bdf(const inputs::Solver& options, OdeSystem& system, double t0,
-                                     const Eigen::VectorXd& y0) {
+                                     const VectorX& y0) {
   return std::make_unique<Bdf>(options, system, t0, y0);
 }
 

@@ -11,7 +11,7 @@ inline void free_erk(void* memory) { ERKStepFree(&memory); }
 
 class ExplicitRungeKutta final : public Stepper {
  public:
-  ExplicitRungeKutta(const inputs::Solver& options, OdeSystem& system, double t0, const Eigen::VectorXd& y0)
+  ExplicitRungeKutta(const inputs::Solver& options, OdeSystem& system, double t0, const VectorX& y0)
       : Stepper(options, system, t0, y0),
         y_(wrap(state_.data(), state_.size(), context_)),
         memory_(check_made(ERKStepCreate(on_derivative, t0, y_.get(), context_.get()), "ERKStepCreate")) {
@@ -30,7 +30,7 @@ class ExplicitRungeKutta final : public Stepper {
     }
   }
 
-  void interpolate(double t, Eigen::VectorXd& y) const override {
+  void interpolate(double t, VectorX& y) const override {
     y.resize(state_.size());
     if (t == time_) {
       y = state_;
@@ -58,7 +58,7 @@ class ExplicitRungeKutta final : public Stepper {
   }
 
  private:
-  Flag evolve(double& t, Eigen::VectorXd& y) override {
+  Flag evolve(double& t, VectorX& y) override {
     (void)y;  // y_ is a view of it
     const int flag = ERKStepEvolve(memory_.get(), time_ + 1.0, y_.get(), &t, ARK_ONE_STEP);
     if (flag < 0) return Flag::failed;
@@ -96,7 +96,7 @@ class ExplicitRungeKutta final : public Stepper {
 }  // namespace
 
 std::unique_ptr<Integrator> make_explicit(const inputs::Solver& options, OdeSystem& system, double t0,
-                                          const Eigen::VectorXd& y0) {
+                                          const VectorX& y0) {
   return std::make_unique<ExplicitRungeKutta>(options, system, t0, y0);
 }
 

@@ -46,7 +46,7 @@ void Stepper::error_weights(const double* y, double* weights, Eigen::Index size)
   const Eigen::Index controlled = size - system_.quadrature_count();
   solver::error_weights(options_.rtol, options_.atol, y, weights, controlled);
   // SUNDIALS wants positive weights.
-  Eigen::Map<Eigen::ArrayXd>(weights + controlled, size - controlled).setConstant(1e-100);
+  Eigen::Map<ArrayX>(weights + controlled, size - controlled).setConstant(1e-100);
 }
 
 int Stepper::derivative(double t, const double* y, double* dydt) {
@@ -54,7 +54,7 @@ int Stepper::derivative(double t, const double* y, double* dydt) {
 }
 
 std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0,
-                                            const Eigen::VectorXd& y0) {
+                                            const VectorX& y0) {
   if (options.method == inputs::Method::bdf) return make_bdf(options, system, t0, y0);
   return make_explicit(options, system, t0, y0);
 }

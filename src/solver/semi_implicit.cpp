@@ -21,7 +21,7 @@ TRAIN_DERAIL_WIDE void move(std::ptrdiff_t n, double h, const double* a, double*
 
 class SemiImplicit final : public Integrator {
  public:
-  SemiImplicit(const inputs::Solver& options, SteppedSystem& system, double t0, const Eigen::VectorXd& y0)
+  SemiImplicit(const inputs::Solver& options, SteppedSystem& system, double t0, const VectorX& y0)
       : steps_max_(options.steps_max), h_(options.fixed_step.value()), t0_(t0), system_(system), before_(y0), state_(y0),
         acceleration_(system.position_count()) {}
 
@@ -49,8 +49,8 @@ class SemiImplicit final : public Integrator {
 
   double time() const override { return t0_ + static_cast<double>(steps_) * h_; }
   double previous_time() const override { return steps_ > 0 ? t0_ + static_cast<double>(steps_ - 1) * h_ : t0_; }
-  const Eigen::VectorXd& state() const override { return state_; }
-  void interpolate(double t, Eigen::VectorXd& y) const override {
+  const VectorX& state() const override { return state_; }
+  void interpolate(double t, VectorX& y) const override {
     const double share = std::min(std::max((time() - t) / h_, 0.0), 1.0);
     y = state_ + share * (before_ - state_);
   }
@@ -61,14 +61,14 @@ class SemiImplicit final : public Integrator {
   const std::int64_t steps_max_;
   const double h_, t0_;
   SteppedSystem& system_;
-  Eigen::VectorXd before_, state_, acceleration_;
+  VectorX before_, state_, acceleration_;
   std::int64_t steps_ = 0;
 };
 
 }  // namespace
 
 std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, SteppedSystem& system, double t0,
-                                            const Eigen::VectorXd& y0) {
+                                            const VectorX& y0) {
   return std::make_unique<SemiImplicit>(options, system, t0, y0);
 }
 

@@ -11,18 +11,18 @@ namespace train_derail::solver {
 
 class Stepper : public Integrator {
  public:
-  Stepper(const inputs::Solver& options, OdeSystem& system, double t0, const Eigen::VectorXd& y0)
+  Stepper(const inputs::Solver& options, OdeSystem& system, double t0, const VectorX& y0)
       : options_(options), system_(system), context_(make_context()), time_(t0), previous_time_(t0), state_(y0) {}
 
   StepResult step() final;
   double time() const final { return time_; }
   double previous_time() const final { return previous_time_; }
-  const Eigen::VectorXd& state() const final { return state_; }
+  const VectorX& state() const final { return state_; }
 
  protected:
   enum class Flag { stepped, root, failed };
   /// One internal step: writes the new time and state, or says in error() why not.
-  virtual Flag evolve(double& t, Eigen::VectorXd& y) = 0;
+  virtual Flag evolve(double& t, VectorX& y) = 0;
   virtual void root_info(int* directions) = 0;
   virtual std::int64_t step_count() const = 0;
 
@@ -37,15 +37,15 @@ class Stepper : public Integrator {
   OdeSystem& system_;
   const Context context_;
   double time_, previous_time_;
-  Eigen::VectorXd state_;
+  VectorX state_;
 
  private:
-  Eigen::VectorXd last_good_;
+  VectorX last_good_;
   std::vector<int> directions_;
   std::string error_;
 };
 
-std::unique_ptr<Integrator> make_explicit(const inputs::Solver&, OdeSystem&, double t0, const Eigen::VectorXd& y0);
-std::unique_ptr<Integrator> make_bdf(const inputs::Solver&, OdeSystem&, double t0, const Eigen::VectorXd& y0);
+std::unique_ptr<Integrator> make_explicit(const inputs::Solver&, OdeSystem&, double t0, const VectorX& y0);
+std::unique_ptr<Integrator> make_bdf(const inputs::Solver&, OdeSystem&, double t0, const VectorX& y0);
 
 }  // namespace train_derail::solver

@@ -62,7 +62,7 @@ model::StateVector integrate(const inputs::Solver& options) {
     EXPECT_NEAR(integrator->time(), kEnd, 1e-12);
     return integrator->state();
   }
-  Eigen::VectorXd y(system.size());
+  VectorX y(system.size());
   integrator->interpolate(kEnd, y);
   return y;
 }

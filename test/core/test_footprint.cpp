@@ -12,7 +12,7 @@ namespace {
 
 using model::Footprint;
 using model::Manifold;
-using Vec = Eigen::Vector2d;
+using Vec = Vector2;
 
 Footprint box(double x, double y, double angle, double length = 16.0, double width = 3.0) {
   return {{x, y}, {std::cos(angle), std::sin(angle)}, 0.5 * length, 0.5 * width};

@@ -116,7 +116,7 @@ TEST_P(Integrator, LocatesEventsInOrder) {
 
 TEST_P(Integrator, DenseOutputMeetsTheStepsAndTheTruth) {
   Oscillators system;
-  Eigen::VectorXd start(4), y(4), previous;
+  VectorX start(4), y(4), previous;
   start << 1.0, 0.5, 0.0, 0.0;
   const auto integrator = solver::make_integrator(options(GetParam(), 1e-8), system, 0.0, start);
   previous = start;
@@ -147,7 +147,7 @@ TEST_P(Integrator, DenseOutputMeetsTheStepsAndTheTruth) {
 
 TEST_P(Integrator, RestartChangesNothingWhereNothingJumps) {
   Oscillators system;
-  Eigen::VectorXd start(4), y(4);
+  VectorX start(4), y(4);
   start << 1.0, 0.5, 0.0, 0.0;
   const auto integrator = solver::make_integrator(options(GetParam(), 1e-9), system, 0.0, start);
   for (int i = 0; i < 100000 && integrator->time() < 2.0; ++i) {
@@ -163,9 +163,9 @@ TEST_P(Integrator, FailureIsAValueAndTheLastGoodStateIsKept) {
   BlowUp system;
   inputs::Solver o = options(GetParam(), 1e-6);
   o.steps_max = 3000;
-  const auto integrator = solver::make_integrator(o, system, 0.0, Eigen::VectorXd::Ones(1));
+  const auto integrator = solver::make_integrator(o, system, 0.0, VectorX::Ones(1));
   double time = 0.0;
-  Eigen::VectorXd state = Eigen::VectorXd::Ones(1);
+  VectorX state = VectorX::Ones(1);
   solver::StepResult r;
   for (int i = 0; i < 10000; ++i) {
     r = integrator->step();
@@ -185,7 +185,7 @@ TEST_P(Integrator, StepIntoInfinityIsTakenBack) {
   Overflow system;
   inputs::Solver o = options(GetParam(), 1e-6);
   o.steps_max = 3000;
-  const auto integrator = solver::make_integrator(o, system, 0.0, Eigen::VectorXd::Constant(1, 1e308));
+  const auto integrator = solver::make_integrator(o, system, 0.0, VectorX::Constant(1, 1e308));
   double time = 0.0, state = 1e308;
   solver::StepResult r;
   for (int i = 0; i < 10000; ++i) {

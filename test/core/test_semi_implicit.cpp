@@ -40,7 +40,7 @@ inputs::Solver fixed(double h) {
 
 TEST(SemiImplicit, IsEulersWithTheNewVelocities) {
   Spring spring;
-  Eigen::VectorXd y(3);
+  VectorX y(3);
   y << 1.0, 0.5, 0.0;
   const auto integrator = solver::make_integrator(fixed(0.1), spring, 0.0, y);
   EXPECT_EQ(integrator->step().status, solver::StepStatus::stepped);
@@ -49,7 +49,7 @@ TEST(SemiImplicit, IsEulersWithTheNewVelocities) {
   EXPECT_DOUBLE_EQ(integrator->state()[2], 0.1);
   EXPECT_DOUBLE_EQ(integrator->time(), 0.1);
   EXPECT_DOUBLE_EQ(integrator->previous_time(), 0.0);
-  Eigen::VectorXd between;
+  VectorX between;
   integrator->interpolate(0.025, between);
   EXPECT_DOUBLE_EQ(between[0], 1.0 - 0.25 * 0.04);
   EXPECT_DOUBLE_EQ(between[2], 0.025);
@@ -59,7 +59,7 @@ TEST(SemiImplicit, IsEulersWithTheNewVelocities) {
 TEST(SemiImplicit, KeepsItsOwnEnergyForever) {
   // w^2 q^2 + v^2 - h w^2 q v is kept exactly; the energy only swings about it.
   Spring spring;
-  Eigen::VectorXd y(3);
+  VectorX y(3);
   y << 1.0, 0.0, 0.0;
   const double h = 0.05;
   const auto integrator = solver::make_integrator(fixed(h), spring, 0.0, y);
@@ -76,7 +76,7 @@ TEST(SemiImplicit, IsOfFirstOrder) {
   double error[3];
   for (int i = 0; i < 3; ++i) {
     Spring spring;
-    Eigen::VectorXd y(3);
+    VectorX y(3);
     y << 1.0, 0.0, 0.0;
     const double h = 0.01 / (1 << i);
     const auto integrator = solver::make_integrator(fixed(h), spring, 0.0, y);
@@ -89,13 +89,13 @@ TEST(SemiImplicit, IsOfFirstOrder) {
 
 TEST(SemiImplicit, SaysWhyItFails) {
   Spring spring;
-  Eigen::VectorXd y(3);
+  VectorX y(3);
   y << 1.0, 0.0, 0.0;
   inputs::Solver options = fixed(0.5);
   options.steps_max = 3;
   auto integrator = solver::make_integrator(options, spring, 0.0, y);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(integrator->step().status, solver::StepStatus::stepped);
-  const Eigen::VectorXd last = integrator->state();
+  const VectorX last = integrator->state();
   const solver::StepResult refused = integrator->step();
   EXPECT_EQ(refused.status, solver::StepStatus::failed);
   EXPECT_NE(refused.message.find("steps_max = 3"), std::string::npos) << refused.message;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "train_derail/abi.hpp"
+
 namespace train_derail::inputs {
 
 /// Exact conversions for what people read and for the defaults that the paper states in US units.

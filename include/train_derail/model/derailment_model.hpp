@@ -45,19 +45,19 @@ class DerailmentModel final : public TrainModel {
   static constexpr Eigen::Index kBandLower = 11, kBandUpper = 5;
 
   std::vector<CouplerState<double>> couplers(const double* y) const override;
-  void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const override;
-  void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const override;
   EnergyLedger energy(const double* y) const override;
 
  private:
+  void find_gaps(const double* y, double* gap, double* rate) const override;
+  void find_headings(const double* y, double* cosine, double* sine) const override;
   /// Ground and rails of the car as its place has it: before the point of derailment or past it.
   void lay(Eigen::Index car);
   CarArrays arrays() const;
 
   double cos_limit_;  // of the coupler's swing
   std::vector<bool> derailed_;
-  Eigen::ArrayXd load_, lateral_, past_pod_, inverse_mass_, inverse_mass_y_, inverse_inertia_;  // see CarArrays
-  mutable Eigen::ArrayXd cos_, sin_, force_x_, force_y_, moment_lead_, moment_trail_;           // scratch
+  ArrayX load_, lateral_, past_pod_, inverse_mass_, inverse_mass_y_, inverse_inertia_;  // see CarArrays
+  mutable ArrayX cos_, sin_, force_x_, force_y_, moment_lead_, moment_trail_;           // scratch
   const KernelSet* kernels_;
 };
 

@@ -42,14 +42,15 @@ class ExtendedModel final : public TrainModel {
   bool past_pod(Eigen::Index car) const override { return past_pod_[static_cast<std::size_t>(car)]; }
   CouplerState<double> coupler(const double* y, Eigen::Index i) const override;
   bool broken(Eigen::Index i) const override { return alive_[i] == 0.0; }
-  void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const override;
-  void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const override;
   EnergyLedger energy(const double* y) const override;
   bool straight_track() const override { return track_.straight(); }
-  TrackPlace track_place(Eigen::Index car, const Eigen::Vector2d& point) const override;
+  TrackPlace track_place(Eigen::Index car, const Vector2& point) const override;
   const Incidents* incidents() const override { return &incidents_; }
 
  private:
+  void find_gaps(const double* y, double* gap, double* rate) const override;
+  void find_headings(const double* y, double* cosine, double* sine) const override;
+
   enum End { FRONT, REAR };
   /// Trucks are numbered: the front ones of all cars, then the rear ones.
   Eigen::Index truck(Eigen::Index car, End end) const { return end == FRONT ? car : car_count() + car; }
@@ -79,16 +80,16 @@ class ExtendedModel final : public TrainModel {
   Track track_;
   // One a car.
   std::vector<bool> past_pod_, brake_source_;
-  Eigen::ArrayXd brake_ratio_, pipe_, signal_;  // B; place along the brake pipe [m]; when the emergency signal comes [s]
-  Eigen::ArrayXd inverse_mass_, inverse_inertia_, cos_, sin_, along_, fx_, fy_, moment_, turned_;
+  ArrayX brake_ratio_, pipe_, signal_;  // B; place along the brake pipe [m]; when the emergency signal comes [s]
+  ArrayX inverse_mass_, inverse_inertia_, cos_, sin_, along_, fx_, fy_, moment_, turned_;
   // One a truck.
   std::vector<Cause> cause_;
-  Eigen::ArrayXd kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_, patch_, px_, py_;
-  Eigen::ArrayXd truck_x_, truck_y_, brake_, lateral_;
+  ArrayX kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_, patch_, px_, py_;
+  ArrayX truck_x_, truck_y_, brake_, lateral_;
   // One a coupler.
   double buff_ = 0.0, draft_ = 0.0, cos_swing_least_ = 1.0, end_moment_largest_ = 0.0;  // of all of them in the step
-  Eigen::ArrayXd alive_, damping_, axial_, damper_, ux_, uy_, cos_swing_, end_moment_;
-  Eigen::ArrayXd pin_x_, pin_y_, moment_lead_, moment_trail_;  // cars + 1 entries
+  ArrayX alive_, damping_, axial_, damper_, ux_, uy_, cos_swing_, end_moment_;
+  ArrayX pin_x_, pin_y_, moment_lead_, moment_trail_;  // cars + 1 entries
   std::vector<inputs::GroundPatch> patches_;
   Eigen::Index standing_ = -1;  // foremost car that stands on the rails behind what has derailed
   std::unique_ptr<Contacts> contacts_;

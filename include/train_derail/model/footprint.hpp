@@ -4,18 +4,18 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/Core>
+#include "train_derail/eigen_types.hpp"
 
 namespace train_derail::model {
 
 struct Footprint {
-  Eigen::Vector2d centre;  // m
-  Eigen::Vector2d axis;    // unit vector, forward
+  Vector2 centre;  // m
+  Vector2 axis;    // unit vector, forward
   double half_length, half_width;  // m
 
-  Eigen::Vector2d side() const { return {-axis.y(), axis.x()}; }
+  Vector2 side() const { return {-axis.y(), axis.x()}; }
   /// Half the extent along a unit vector.
-  double reach(const Eigen::Vector2d& direction) const {
+  double reach(const Vector2& direction) const {
     return half_length * std::abs(axis.dot(direction)) + half_width * std::abs(side().dot(direction));
   }
 };
@@ -24,12 +24,12 @@ struct Footprint {
 struct TrackPlace {
   double s;                 // arc length of the foot of its perpendicular on the centre line [m]
   double offset;            // distance from the centre line, left positive [m]
-  Eigen::Vector2d tangent;  // of the centre line at the foot, unit vector
+  Vector2 tangent;  // of the centre line at the foot, unit vector
 };
 
 struct Touch {
-  Eigen::Vector2d point;   // where the deepest corner (or the middle of an edge) of one lies in the other [m]
-  Eigen::Vector2d normal;  // unit vector from b to a, along which they overlap least
+  Vector2 point;   // where the deepest corner (or the middle of an edge) of one lies in the other [m]
+  Vector2 normal;  // unit vector from b to a, along which they overlap least
   double depth;            // of the overlap, >= 0 [m]
 };
 
@@ -38,10 +38,10 @@ std::optional<Touch> touch(const Footprint& a, const Footprint& b);
 
 /// Where two footprints press on each other: one point (a corner in a side) or two (side against side).
 struct Manifold {
-  Eigen::Vector2d normal;    // unit vector from b to a
+  Vector2 normal;    // unit vector from b to a
   bool face_of_a;            // the side that is pressed is one of a (of b if not); `normal` is square to it
   int count = 0;
-  Eigen::Vector2d point[2];  // m
+  Vector2 point[2];  // m
   double depth[2];           // > 0 [m]
 };
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include <Eigen/Core>
+#include "train_derail/eigen_types.hpp"
 
 namespace train_derail::model {
 

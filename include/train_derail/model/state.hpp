@@ -1,19 +1,18 @@
 // The state vector as Eigen sees it.
 #pragma once
 
-#include <Eigen/Core>
-
+#include "train_derail/eigen_types.hpp"
 #include "train_derail/model/state_layout.hpp"
 
 namespace train_derail::model {
 
-using Motion = Eigen::Array<double, Eigen::Dynamic, kCoordinates>;
+using Motion = Eigen::Array<double, Eigen::Dynamic, kCoordinates, Eigen::ColMajor | Eigen::DontAlign>;
 using MotionMap = Eigen::Map<Motion>;
 using ConstMotionMap = Eigen::Map<const Motion>;
-using Work = Eigen::Array<double, kWorkTerms, 1>;
+using Work = Eigen::Array<double, kWorkTerms, 1, Eigen::ColMajor | Eigen::DontAlign>;
 using WorkMap = Eigen::Map<Work>;
 using ConstWorkMap = Eigen::Map<const Work>;
-using StateVector = Eigen::VectorXd;
+using StateVector = VectorX;
 
 inline MotionMap motion(double* state, Eigen::Index cars) { return {state, cars, kCoordinates}; }
 inline ConstMotionMap motion(const double* state, Eigen::Index cars) { return {state, cars, kCoordinates}; }

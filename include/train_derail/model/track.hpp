@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include <Eigen/Core>
-
+#include "train_derail/eigen_types.hpp"
 #include "train_derail/inputs/scenario.hpp"
 
 namespace train_derail::model {
@@ -27,15 +26,15 @@ class Track {
   bool straight() const { return nodes_.empty(); }
 
   struct Node {
-    Eigen::Vector2d point;    // m
-    Eigen::Vector2d tangent;  // unit vector
+    Vector2 point;    // m
+    Vector2 tangent;  // unit vector
   };
   /// Centre line at s.
   Node at(double s) const;
   /// Arc length of the place nearest to `p`, looked for along the whole track.
-  double nearest(const Eigen::Vector2d& p) const;
+  double nearest(const Vector2& p) const;
   /// Arc length of the foot of the perpendicular from `p`, looked for near `s`.
-  double foot(const Eigen::Vector2d& p, double s) const;
+  double foot(const Vector2& p, double s) const;
 
   /// Lateral deviation of the rails from the centre line, left positive [m].
   double alignment(double s) const {

@@ -4,8 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Core>
-
+#include "train_derail/eigen_types.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/coupler_law.hpp"
 #include "train_derail/model/energy_ledger.hpp"
@@ -23,18 +22,18 @@ struct Momentum {
 
 /// Position and velocity of a point of a car.
 struct PointMotion {
-  Eigen::Vector2d position;  // m
-  Eigen::Vector2d velocity;  // m/s
+  Vector2 position;  // m
+  Vector2 velocity;  // m/s
 };
 
 /// A car's place and motion, its heading worked out once.
 struct CarMotion {
-  Eigen::Vector2d centre;    // m
-  Eigen::Vector2d axis;      // unit vector, forward
-  Eigen::Vector2d velocity;  // of the centre [m/s]
+  Vector2 centre;    // m
+  Vector2 axis;      // unit vector, forward
+  Vector2 velocity;  // of the centre [m/s]
   double omega;              // rad/s
 
-  Eigen::Vector2d side() const { return {-axis.y(), axis.x()}; }
+  Vector2 side() const { return {-axis.y(), axis.x()}; }
   /// `offset` along the axis from the centre, forward positive [m].
   PointMotion point(double offset) const { return {centre + offset * axis, velocity + offset * omega * side()}; }
 };
@@ -65,11 +64,21 @@ class TrainModel {
   /// All of them.
   virtual std::vector<CouplerState<double>> couplers(const double* y) const;
   virtual bool broken(Eigen::Index /*coupler*/) const { return false; }
-  /// Gap of every coupler [m] and its rate of change [m/s].
-  virtual void gaps(const double* y, Eigen::ArrayXd& gap, Eigen::ArrayXd& rate) const = 0;
+  /// Gap of every coupler [m] and its rate of change [m/s]. Columns of Eigen of any kind; they are resized.
+  template <class Column>
+  void gaps(const double* y, Column& gap, Column& rate) const {
+    gap.resize(coupler_count());
+    rate.resize(coupler_count());
+    find_gaps(y, gap.data(), rate.data());
+  }
 
   /// Cosine and sine of every car's heading.
-  virtual void headings(const double* y, Eigen::ArrayXd& cosine, Eigen::ArrayXd& sine) const = 0;
+  template <class Column>
+  void headings(const double* y, Column& cosine, Column& sine) const {
+    cosine.resize(car_count());
+    sine.resize(car_count());
+    find_headings(y, cosine.data(), sine.data());
+  }
   CarMotion car_motion(const double* y, Eigen::Index car) const;
   /// `offset` along the car's axis from its centre, forward positive [m].
   PointMotion point(const double* y, Eigen::Index car, double offset) const { return car_motion(y, car).point(offset); }
@@ -82,14 +91,16 @@ class TrainModel {
   Momentum momentum(const double* y) const;
 
   virtual bool straight_track() const { return true; }
-  virtual TrackPlace track_place(Eigen::Index /*car*/, const Eigen::Vector2d& point) const {
-    return {point.x(), point.y(), Eigen::Vector2d::UnitX()};
+  virtual TrackPlace track_place(Eigen::Index /*car*/, const Vector2& point) const {
+    return {point.x(), point.y(), Vector2::UnitX()};
   }
 
   /// What the model itself has noted; null if it notes nothing and everything follows from states.
   virtual const Incidents* incidents() const { return nullptr; }
 
  protected:
+  virtual void find_gaps(const double* y, double* gap, double* rate) const = 0;
+  virtual void find_headings(const double* y, double* cosine, double* sine) const = 0;
   const Car& at(Eigen::Index car) const { return cars_[static_cast<std::size_t>(car)]; }
   /// Kinetic and coupler strain energy.
   EnergyLedger mechanical_energy(const double* y) const;
@@ -98,7 +109,7 @@ class TrainModel {
   inputs::Coupler coupler_;
   inputs::Ground ground_;
   inputs::InitialMotion initial_;
-  Eigen::ArrayXd mass_, inertia_, half_length_, half_spacing_;
+  ArrayX mass_, inertia_, half_length_, half_spacing_;
 };
 
 }  // namespace train_derail::model

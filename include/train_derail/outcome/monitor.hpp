@@ -43,7 +43,7 @@ class Monitor {
   };
 
   /// Adds what happens from the end of the last step to time t, where gaps and rates are as given.
-  void extend(GapExtremes& extremes, double t, const Eigen::ArrayXd& gap, const Eigen::ArrayXd& rate) const;
+  void extend(GapExtremes& extremes, double t, const ArrayX& gap, const ArrayX& rate) const;
   model::Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
   /// Of the sample that is being taken.
   model::CarMotion motion(const double* y, Eigen::Index car) const;
@@ -58,12 +58,12 @@ class Monitor {
   const inputs::OutcomeRules rules_;
   double energy_initial_;
   double step_time_;
-  Eigen::ArrayXd gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
+  ArrayX gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
   GapExtremes extremes_;
-  Eigen::ArrayXd half_length_, half_width_, half_spacing_;
-  Eigen::ArrayXd astray_;  // farthest that either truck of a car has been from the centre line in any sample [m]
-  Eigen::ArrayXd cosine_, sine_, rearmost_, foremost_, half_breadth_;  // headings and extents of the cars in the last sample
-  Eigen::ArrayXd pins_squared_, centres_squared_;  // relative speeds of neighbours, squared, in the last sample [m^2/s^2]
+  ArrayX half_length_, half_width_, half_spacing_;
+  ArrayX astray_;  // farthest that either truck of a car has been from the centre line in any sample [m]
+  ArrayX cosine_, sine_, rearmost_, foremost_, half_breadth_;  // headings and extents of the cars in the last sample
+  ArrayX pins_squared_, centres_squared_;  // relative speeds of neighbours, squared, in the last sample [m^2/s^2]
   std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
   Closing closing_;

@@ -6,7 +6,7 @@
 
 namespace train_derail::outcome {
 
-/// JSON object in SI units; keys are listed in docs/interface.md.
+/// JSON object in SI units; keys are listed in README.md.
 std::string to_json(const Outcome& outcome);
 
 /// Table for people: SI beside mph, kip, ft.

@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
-
+#include "train_derail/eigen_types.hpp"
 #include "train_derail/inputs/scenario.hpp"
 
 namespace train_derail::solver {
@@ -76,10 +75,10 @@ class Integrator {
   virtual StepResult step() = 0;
   virtual double time() const = 0;
   virtual double previous_time() const = 0;
-  virtual const Eigen::VectorXd& state() const = 0;
+  virtual const VectorX& state() const = 0;
 
   /// Dense output: state at t within [previous_time(), time()].
-  virtual void interpolate(double t, Eigen::VectorXd& y) const = 0;
+  virtual void interpolate(double t, VectorX& y) const = 0;
 
   /// Forgets the history: f has jumped at time(). Keeps the step size.
   virtual void restart() = 0;
@@ -88,9 +87,9 @@ class Integrator {
 };
 
 /// `system` must outlive the integrator. Throws std::runtime_error if SUNDIALS refuses the set-up.
-std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0, const Eigen::VectorXd& y0);
+std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0, const VectorX& y0);
 
 /// Semi-implicit (symplectic) Euler, first order: v += h a(q, v), q += h v, with options.fixed_step. step() reports no events.
-std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, SteppedSystem& system, double t0, const Eigen::VectorXd& y0);
+std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, SteppedSystem& system, double t0, const VectorX& y0);
 
 }  // namespace train_derail::solver

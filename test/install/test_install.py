@@ -1,0 +1,146 @@
+#!/usr/bin/python3
+"""What is installed is whole, goes where it was asked to go, and serves programs that are compiled with other flags.
+Usage: test_install.py BUILD_FOLDER [--ros]"""
+
+import glob
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..')
+CONSUMER = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'consumer')
+BUILD = ''
+ROS = False
+
+
+def run(*command, **options):
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=600, **options)
+
+
+def files_below(folder):
+    return {os.path.relpath(os.path.join(at, name), folder) for at, _, names in os.walk(folder) for name in names}
+
+
+def plain_environment(**more):
+    """As a user has it who has sourced nothing."""
+    return {'PATH': '/usr/bin:/bin', 'HOME': os.environ.get('HOME', '/'), **more}
+
+
+class InstallTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix='derail install ')
+        cls.prefix = os.path.join(cls.folder, 'a place')
+        cls.installed = run('cmake', '--install', BUILD, '--prefix', cls.prefix)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def setUp(self):
+        self.assertEqual(self.installed.returncode, 0, self.installed.stdout)
+
+    def run_well(self, *command, **options):
+        result = run(*command, **options)
+        self.assertEqual(result.returncode, 0, ' '.join(command) + '\n' + result.stdout)
+        return result.stdout
+
+    def find(self, name):
+        found = glob.glob(os.path.join(glob.escape(self.prefix), '**', name), recursive=True)
+        self.assertEqual(len(found), 1, found)
+        return found[0]
+
+    def scenarios(self):
+        return [self.find(os.path.join('config', name)) for name in ('baseline.yaml', 'accident.yaml')]
+
+    def test_all_of_it_lies_below_the_prefix_and_the_root(self):
+        root = os.path.join(self.folder, 'root')
+        self.run_well('cmake', '--install', BUILD, '--prefix', '/opt/a place', env={**os.environ, 'DESTDIR': root})
+        files = files_below(root)
+        self.assertEqual({f for f in files if not f.startswith('opt/a place/')}, set())
+        self.assertEqual({f[len('opt/a place/'):] for f in files}, files_below(self.prefix))
+
+    def test_no_file_names_another_place(self):
+        for name in files_below(self.prefix):
+            with open(os.path.join(self.prefix, name), 'rb') as f:
+                content = f.read()
+            self.assertNotIn(b'prefix_of_train_derail', content, name)
+            self.assertNotIn(os.path.realpath(BUILD).encode() + b'/', content if not content.startswith(b'\x7fELF') else b'', name)
+
+    def test_programs_run_where_nothing_is_sourced(self):
+        table = self.run_well(self.find('derail'), 'run', self.scenarios()[0], env=plain_environment())
+        self.assertIn('off the track', table)
+        self.run_well(self.find('plot_run.py'), '--help', env=plain_environment())
+        self.run_well(self.find('slurm_study.sh'), '--help', env=plain_environment())
+        if ROS:
+            bag = os.path.join(self.folder, 'a bag.bag')
+            self.run_well(self.find('derail'), 'run', self.scenarios()[0], '--quiet', '--bag', bag, env=plain_environment())
+            self.assertTrue(os.path.getsize(bag) > 10000)
+
+    def test_files_that_messages_name_are_installed(self):
+        named = {}
+        for tree in ('src', 'include', 'scripts', 'config') + (('examples', 'launch', 'msg', 'srv', 'action') if ROS else ()):
+            for at, _, names in os.walk(os.path.join(SOURCE, tree)):
+                for name in names:
+                    path = os.path.join(at, name)
+                    with open(path, encoding='utf-8', errors='replace') as f:
+                        text = f.read()
+                    for word in re.findall(r'(?<![\w./-])(?:docs|config|scripts|examples)/[\w./-]*\w|(?<![\w./-])\w+\.(?:py|sh|md)\b', text):
+                        named.setdefault(word, path)
+        self.assertIn('docs/validation.md', named)
+        self.assertIn('plot_study.py', named)
+        # scripts/ is the name of their folder in the repository; installed they lie with the programs.
+        installed = ''.join('/%s/\n' % f for f in files_below(self.prefix))
+        missing = {word: where for word, where in named.items() if '/%s' % re.sub('^scripts/', '', word) not in installed}
+        self.assertEqual(missing, {})
+
+    def consume(self, name, flags, catkin=False):
+        build = os.path.join(self.folder, name)
+        environment = plain_environment()
+        setup = ''
+        if catkin:
+            setup = '. "%s/setup.sh" && ' % self.prefix
+        self.run_well('sh', '-c', setup + 'exec "$@"', 'sh', 'cmake', '-S', CONSUMER, '-B', build, '-DCMAKE_PREFIX_PATH=' + self.prefix if not catkin
+                      else '-DWITH_CATKIN=ON', '-DCMAKE_CXX_FLAGS=-O1 ' + flags, '-DPYTHON_EXECUTABLE=/usr/bin/python3', env=environment)
+        self.run_well('cmake', '--build', build, env=environment)
+        return self.run_well('sh', '-c', setup + 'exec "$@"', 'sh', os.path.join(build, 'consumer'), *self.scenarios(), env=environment)
+
+    def test_the_library_computes_the_same_whatever_a_program_is_compiled_for(self):
+        plain = self.consume('plain', '')
+        self.assertIn('moved', plain)
+        self.assertEqual(self.consume('native', '-march=native'), plain)
+        with open('/proc/cpuinfo', encoding='utf-8') as f:
+            if re.search(r'\bavx2\b', f.read()):
+                self.assertEqual(self.consume('avx2', '-mavx2 -mfma'), plain)
+        self.assertEqual(self.consume('sanitized', '-fsanitize=address -DEIGEN_MAX_STATIC_ALIGN_BYTES=0'), plain)
+        if ROS:
+            self.assertEqual(self.consume('catkin', '-march=native', catkin=True), plain)
+
+    def test_pkg_config(self):
+        pkg_config = {'PKG_CONFIG_PATH': os.path.dirname(self.find('train_derail.pc'))}
+        options = self.run_well('sh', '-c', 'eval "printf \'%s\\n\' $(pkg-config --cflags --libs train_derail)"', env=plain_environment(**pkg_config)).splitlines()
+        program = os.path.join(self.folder, 'by_pkg_config')
+        self.run_well('c++', '-std=c++17', os.path.join(CONSUMER, 'consumer.cpp'), '-o', program, *options)
+        library = os.path.dirname(self.find('libtrain_derail.so'))
+        self.assertIn('off track', self.run_well(program, self.scenarios()[0], env=plain_environment(LD_LIBRARY_PATH=library)))
+
+    def test_a_program_with_other_containers_is_not_linked(self):
+        build = os.path.join(self.folder, 'debug')
+        self.run_well('cmake', '-S', CONSUMER, '-B', build, '-DCMAKE_PREFIX_PATH=' + self.prefix, '-DCMAKE_CXX_FLAGS=-D_GLIBCXX_DEBUG',
+                      env=plain_environment())
+        refused = run('cmake', '--build', build, env=plain_environment())
+        self.assertNotEqual(refused.returncode, 0)
+        self.assertIn('compiled_with_GLIBCXX_DEBUG', refused.stdout)
+
+
+if __name__ == '__main__':
+    ROS = '--ros' in sys.argv
+    if ROS:
+        sys.argv.remove('--ros')
+    BUILD = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
