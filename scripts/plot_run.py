@@ -4,8 +4,8 @@
   derail run my_train.yaml --csv states.csv
   rosrun train_derail plot_run.py states.csv --scenario my_train.yaml
 
-The states do not hold the size of the cars. Without --scenario their common length is taken from
-the gaps of the first state, and they are drawn 10 ft wide.
+The states hold neither the size of the cars nor the track. Without --scenario their common length is
+taken from the gaps of the first state, they are drawn 10 ft wide, and only a straight track is drawn.
 Exit codes: 0 done, 1 a picture could not be written, 2 something is wrong with an input.
 """
 
@@ -36,7 +36,7 @@ def parsed(arguments):
         '--out', metavar='DIR', help='folder of the pictures; default: that of STATES.csv'
     )
     parser.add_argument(
-        '--scenario', metavar='FILE', help='scenario of the run, for the size of the cars'
+        '--scenario', metavar='FILE', help='scenario of the run, for the size of the cars and the curves of the track'
     )
     parser.add_argument(
         '--set',
@@ -56,11 +56,16 @@ def pictures(a):
     states = run_data.read_states(a.states)
     stem = os.path.splitext(os.path.basename(a.states))[0]
     if a.scenario:
-        sizes, note = run_data.sizes_from_scenario(a.scenario, a.set, a.derail, states.cars), ''
+        tree = run_data.scenario_in_si(a.scenario, a.set, a.derail)
+        sizes, note = run_data.sizes_from_scenario(a.scenario, tree, states.cars), ''
+        track = run_pictures.track_under(states, tree)
     else:
         sizes, note = run_data.sizes_from_states(a.states, states), '; width assumed'
+        track = run_pictures.STRAIGHT
+        if not run_data.is_straight(states):
+            track, note = None, note + '; the track is curved: --scenario draws it'
     caption = f'The train after {states.time[-1]:.4g} s, to scale'
-    yield f'{stem}_layout', caption, run_pictures.layout(states, *sizes, note)
+    yield f'{stem}_layout', caption, run_pictures.layout(states, *sizes, track, note)
     caption = 'Axial force of every coupler over time, and its peaks'
     yield f'{stem}_forces', caption, run_pictures.forces(states)
 

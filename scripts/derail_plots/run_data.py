@@ -12,6 +12,7 @@ from derail_plots.errors import DataError
 
 FOOT = 0.3048  # m
 KIP = 4448.2216152605  # N
+ASIDE_OF_A_STRAIGHT = 1.0  # m: more than play and alignment
 DRAWN_WIDTH = 10 * FOOT  # of cars whose width is not known
 COLUMNS = (
     'time_s',
@@ -24,6 +25,7 @@ COLUMNS = (
     'coupler_gap_m',
     'coupler_axial_N',
 )
+PEAKS = ('buff_peak_N', 'draft_peak_N')
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,9 @@ class States:
     off_track: np.ndarray
     coupler_gap_m: np.ndarray
     coupler_axial_N: np.ndarray
+    # Largest magnitudes since the time before; None in tables of a version that did not know them.
+    buff_peak_N: np.ndarray = None
+    draft_peak_N: np.ndarray = None
 
     @property
     def cars(self):
@@ -57,6 +62,7 @@ def read_states(path):
     missing = [c for c in COLUMNS if c not in header]
     if missing:
         raise DataError(f'{path}: no column {missing[0]}; not a table of `derail run --csv`')
+    columns = COLUMNS + (PEAKS if all(c in header for c in PEAKS) else ())
     for _ in range(2):  # every second of neighbouring empty fields is left over from the first pass
         text = text.replace(',,', ',nan,')
     try:
@@ -64,7 +70,7 @@ def read_states(path):
             io.StringIO(text.replace(',\n', ',nan\n')),
             delimiter=',',
             ndmin=2,
-            usecols=[header.index(c) for c in COLUMNS],
+            usecols=[header.index(c) for c in columns],
         )
     except ValueError as e:
         raise DataError(f'{path}: {e}') from None
@@ -79,12 +85,12 @@ def _shaped(path, table):
         or np.any(table[:, 1].reshape(-1, cars) != np.arange(1, cars + 1))
     ):
         raise DataError(f'{path}: not every time has all cars; was it written whole?')
-    columns = [table[:, i].reshape(-1, cars) for i in range(len(COLUMNS))]
+    columns = [table[:, i].reshape(-1, cars) for i in range(table.shape[1])]
     return States(columns[0][:, 0], *columns[2:])
 
 
-def sizes_from_scenario(scenario, overrides, derail, cars):
-    """Lengths and widths of all cars, as `derail check` understands the scenario."""
+def scenario_in_si(scenario, overrides, derail):
+    """The scenario as `derail check` understands it, every default spelt out."""
     program = shutil.which(derail)
     if program is None:
         raise DataError(f'{derail}: no such program; --derail says where it is')
@@ -94,10 +100,12 @@ def sizes_from_scenario(scenario, overrides, derail, cars):
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise DataError(done.stderr.strip())
-    blocks = [
-        (int(b['count']), float(b['length']), float(b['width']))
-        for b in yaml.safe_load(done.stdout)['consist']
-    ]
+    return yaml.safe_load(done.stdout)
+
+
+def sizes_from_scenario(scenario, tree, cars):
+    """Lengths and widths of all cars; `tree` from scenario_in_si()."""
+    blocks = [(int(b['count']), float(b['length']), float(b['width'])) for b in tree['consist']]
     if sum(count for count, _, _ in blocks) != cars:
         raise DataError(
             f'{scenario}: {sum(count for count, _, _ in blocks)} cars, but the states are of {cars}'
@@ -105,11 +113,55 @@ def sizes_from_scenario(scenario, overrides, derail, cars):
     return tuple(np.concatenate([np.full(b[0], b[i]) for b in blocks]) for i in (1, 2))
 
 
+def centre_line(tree, s):
+    """The track at arc lengths s [m], one row (x, y) each: arcs of constant curvature, straight between them and beyond.
+    x = y = 0 and along +x at s = 0."""
+    curves = [
+        (float(c['start']), float(c['length']), float(c['curvature']))
+        for c in (tree.get('track') or {}).get('curves') or []
+    ]
+    ends = sorted({0.0, *(c[0] for c in curves), *(c[0] + c[1] for c in curves)})
+
+    def curvature(at):
+        return sum(c[2] for c in curves if c[0] <= at < c[0] + c[1])
+
+    def along(point, heading, k, length):
+        """The end of an arc, and the heading there."""
+        turn = k * length
+        # sin(turn / 2) / (turn / 2): a straight line is an arc too
+        chord = length * np.sinc(turn / (2.0 * np.pi))
+        middle = heading + 0.5 * turn
+        return point + chord * np.array([np.cos(middle), np.sin(middle)]), heading + turn
+
+    def walk(target):
+        """From the origin, arc by arc, forwards or backwards."""
+        at, point, heading = 0.0, np.zeros(2), 0.0
+        while at != target:
+            if target > at:
+                to = min([e for e in ends if e > at] + [target], key=lambda e: min(e, target))
+                to = min(to, target)
+            else:
+                to = max([e for e in ends if e < at] + [target], key=lambda e: max(e, target))
+                to = max(to, target)
+            point, heading = along(point, heading, curvature(0.5 * (at + to)), to - at)
+            at = to
+        return point
+
+    return np.array([walk(float(target)) for target in s])
+
+
+def is_straight(states):
+    """Whether the cars that are still on the track have always stood on the line y = 0."""
+    on = states.off_track == 0
+    return bool(np.all(np.abs(states.y_m[on]) < ASIDE_OF_A_STRAIGHT))
+
+
 def sizes_from_states(path, states):
-    """The same without a scenario: the gaps of the first, straight train tell the length."""
+    """The same without a scenario: the gaps of the first, stretched train tell the length."""
     if states.cars < 2:
         raise DataError(f'{path}: the length of a single car is not in it; give --scenario')
-    lengths = -np.diff(states.x_m[0]) - states.coupler_gap_m[0, :-1]
+    apart = np.hypot(np.diff(states.x_m[0]), np.diff(states.y_m[0]))
+    lengths = apart - states.coupler_gap_m[0, :-1]
     if np.ptp(lengths) > 0.01 * lengths.mean():
         raise DataError(f'{path}: the cars differ in length; give --scenario')
     return np.full(states.cars, lengths.mean()), np.full(states.cars, DRAWN_WIDTH)

@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from derail_plots import style
+from derail_plots import run_data, style
 from derail_plots.run_data import FOOT, KIP
 
 OFF_TRACK = {'facecolor': '#56B4E9', 'edgecolor': 'black', 'linewidth': 0.5}
@@ -20,6 +20,9 @@ PEAKS = (
     {'color': style.COLOURS[0], 'marker': 'o'},
     {'color': style.COLOURS[1], 'marker': 's', 'markerfacecolor': 'white'},
 )
+STRAIGHT = 'straight'  # a track along y = 0
+TRACK_STEP = 5.0  # m
+APART = 4.0  # lengths of a car between two middles: they do not lie together
 CELLS = 700  # of the force map along time: what a page can show
 # From draft to buff; buff ends darker, so that the two can be told apart in grey as well.
 DIVERGING = LinearSegmentedColormap.from_list(
@@ -48,8 +51,19 @@ def _window(corners, margin):
     return (x0, x1), (middle - reach, middle + reach), height
 
 
-def _cars(ax, corners, off):
-    ax.axhline(0.0, **TRACK)
+def track_under(states, tree):
+    """The centre line of the scenario's track below the whole train, in ft."""
+    if not (tree.get('track') or {}).get('curves'):
+        return STRAIGHT
+    reach = np.hypot(states.x_m, states.y_m).max() * 1.3 + 100.0  # a curve is longer than the way across
+    return run_data.centre_line(tree, np.arange(-reach, reach, TRACK_STEP)) / FOOT
+
+
+def _cars(ax, corners, off, track):
+    if track is STRAIGHT:
+        ax.axhline(0.0, **TRACK)
+    elif track is not None:
+        ax.plot(*track.T, **TRACK, scalex=False, scaley=False)
     ax.axvline(0.0, color='black', linewidth=0.8, linestyle=style.DASHES[2], zorder=0.6)
     for which, look in ((~off, ON_TRACK), (off, OFF_TRACK)):
         ax.add_collection(PolyCollection(list(corners[which]), **look))
@@ -57,10 +71,11 @@ def _cars(ax, corners, off):
     ax.grid(False)
 
 
-def _numbers(ax, corners, count):
+def _numbers(ax, corners, shown):
     """Beside the cars, in a zigzag all rearwards: no two share a gap; every fifth if many."""
+    count = len(shown)
     points_per_foot = 72.0 * DRAWN_LENGTH / np.ptp(ax.get_xlim())
-    for k in range(count) if count <= 20 else [0, *range(4, count, 5)]:
+    for k in shown if count <= 20 else [k for k in shown if k == shown[0] or k % 5 == 4]:
         across = (corners[k][0] - corners[k][1]) * points_per_foot
         if across[0] > 0.5 * across[1]:
             across = -across
@@ -76,20 +91,46 @@ def _numbers(ax, corners, count):
         )
 
 
-def layout(states, lengths, widths, note):
-    """The train at its last time: all of it, and the cars off the track larger; both to scale."""
+def _heap(corners, off, longest):
+    """Numbers from 0 of the cars off the track that lie together, the most of them: one that has rolled away is not meant."""
+    which = np.flatnonzero(off)
+    middles = corners[which].mean(axis=1)
+    groups = []
+    left = set(range(len(which)))
+    while left:
+        group, todo = set(), [min(left)]
+        while todo:
+            k = todo.pop()
+            if k not in left:
+                continue
+            left.remove(k)
+            group.add(k)
+            near = np.hypot(*(middles - middles[k]).T) < APART * longest
+            todo += [int(i) for i in np.flatnonzero(near) if int(i) in left]
+        groups.append(sorted(group))
+    return which[max(groups, key=len)]
+
+
+def layout(states, lengths, widths, track, note):
+    """The train at its last time: all of it, and the heap of cars off the track larger; both to scale. `track`: points of its
+    centre line in ft, STRAIGHT, or None: not drawn."""
     corners = _corners(states, lengths, widths, -1)
     off = states.off_track[-1] > 0
-    shown = np.flatnonzero(off)[-1] + 1 if off.any() else states.cars
     margin = 0.3 * lengths.max() / FOOT
     windows = [_window(corners, margin)]
-    if shown < states.cars:
-        windows.append(_window(corners[:shown], margin))
+    shown = np.arange(states.cars)
+    if off.any():
+        heap = _heap(corners, off, lengths.max() / FOOT)
+        if len(heap) < states.cars:
+            windows.append(_window(corners[heap], margin))
+            (x0, x1), (y0, y1), _ = windows[-1]
+            x, y = corners.mean(axis=1).T
+            shown = np.flatnonzero((x > x0) & (x < x1) & (y > y0) & (y < y1))
     heights = [height for _, _, height in windows]
     figure = style.new_figure(style.TWO_COLUMNS, sum(heights) + 0.32 * len(windows) + 0.6)
     axes = figure.subplots(len(windows), 1, squeeze=False, gridspec_kw={'height_ratios': heights})
     for ax, (x, y, _) in zip(axes[:, 0], windows):
-        _cars(ax, corners, off)
+        _cars(ax, corners, off, track)
         ax.set(xlim=x, ylim=y, ylabel='ft')
         ax.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     axes[-1, 0].set_xlabel('along the track, from the point of derailment (ft)')
@@ -175,6 +216,17 @@ def _ticks(peak):
     return [-t for t in reversed(steps)] + [0.0] + steps
 
 
+def peak_forces(states):
+    """Largest buff and largest draft of every coupler in kip, magnitudes: of all steps, or of the output grid if the table does
+    not know more."""
+    axial = states.coupler_axial_N[:, :-1]
+    buff, draft = np.maximum(axial, 0.0).max(axis=0), np.maximum(-axial, 0.0).max(axis=0)
+    if states.buff_peak_N is not None:
+        buff = np.maximum(buff, states.buff_peak_N[:, :-1].max(axis=0))
+        draft = np.maximum(draft, states.draft_peak_N[:, :-1].max(axis=0))
+    return buff / KIP, draft / KIP
+
+
 def forces(states):
     """None where nothing can be drawn: a single car, a single time."""
     if states.cars < 2 or len(states.time) < 2:
@@ -194,8 +246,9 @@ def forces(states):
     bar.ax.yaxis.set_major_formatter(style.signed)
     bar.ax.minorticks_off()
     number = np.arange(1, states.cars)
-    for values, i in ((force.max(axis=0), 0), (-force.min(axis=0), 1)):
-        side.plot(np.maximum(values, 0.0), number, linestyle='none', markersize=3, **PEAKS[i])
+    peaks = peak_forces(states)
+    for i, values in enumerate(peaks):
+        side.plot(values, number, linestyle='none', markersize=3, **PEAKS[i])
     side.set_xlabel('peak (kip)')
     side.set_xlim(left=0.0)
     side.tick_params(labelleft=False)
@@ -216,10 +269,11 @@ def forces(states):
         ],
         4,
     )
-    buff, draft = style.number(max(force.max(), 0.0)), style.number(max(-force.min(), 0.0))
+    buff, draft = (style.number(values.max()) for values in peaks)
+    grid = 'on the output grid ' if states.buff_peak_N is None else ''
     style.heading(
         figure,
         'coupler forces',
-        f'{states.cars} cars; on the output grid at most {buff} kip buff, {draft} kip draft',
+        f'{states.cars} cars; {grid}at most {buff} kip buff, {draft} kip draft',
     )
     return figure

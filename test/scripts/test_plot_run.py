@@ -9,10 +9,24 @@ import os
 
 import numpy as np
 
-from plot_testing import FOOT, PlotTest, refusal, run_tests, script
+from plot_testing import FOOT, KIP, PlotTest, refusal, run_tests, script
 
 import plot_run
 from derail_plots import run_data, run_pictures
+
+
+CURVED = """
+consist:
+  - {count: 12, length: 55 ft, weight: 286 kip, truck_spacing: 42 ft}
+ground: {on_track_law: rails, off_track_law: by_slip}
+track:
+  curves:
+    - {start: -150 m, length: 120 m, curvature: 4 deg/(100 ft)}
+    - {start: 40 m, length: 200 m, curvature: -4 deg/(100 ft)}
+initial: {speed: 20 mph, yaw_rate: 0.1}
+stop: {time_max: 1 s}
+solver: {method: semi_implicit, fixed_step: 0.002}
+"""
 
 
 class PlotRunTest(PlotTest):
@@ -24,7 +38,12 @@ class PlotRunTest(PlotTest):
         cls.derail('run', cls.scenario, '--csv', cls.four)
         cls.derail('run', cls.scenario, '--csv', cls.one, '--set', 'consist[0].count=1')
         cls.states = run_data.read_states(cls.four)
-        cls.sizes = run_data.sizes_from_scenario(cls.scenario, [], cls.program, 4)
+        cls.sizes = cls.sizes_of(cls.scenario, [], 4)
+
+    @classmethod
+    def sizes_of(cls, scenario, overrides, cars):
+        tree = run_data.scenario_in_si(scenario, overrides, cls.program)
+        return run_data.sizes_from_scenario(scenario, tree, cars)
 
     def test_pictures_are_there_not_blank_and_the_same_twice(self):
         for out in ('first', 'second'):
@@ -43,9 +62,7 @@ class PlotRunTest(PlotTest):
         lengths, widths = self.sizes
         np.testing.assert_allclose(lengths, 61.1 * FOOT)
         np.testing.assert_allclose(widths, 9 * FOOT)
-        changed = run_data.sizes_from_scenario(
-            self.scenario, ['consist[0].width=8 ft'], self.program, 4
-        )
+        changed = self.sizes_of(self.scenario, ['consist[0].width=8 ft'], 4)
         np.testing.assert_allclose(changed[1], 8 * FOOT)
 
     def test_without_scenario_the_gaps_give_the_length(self):
@@ -64,14 +81,66 @@ class PlotRunTest(PlotTest):
         along = corners[:, 0] - corners[:, 3]
         angle = np.arctan2(along[:, 1], along[:, 0])
         np.testing.assert_allclose(np.cos(angle - self.states.theta_rad[-1]), 1.0)
-        figure = run_pictures.layout(self.states, *self.sizes, '')
+        figure = run_pictures.layout(self.states, *self.sizes, run_pictures.STRAIGHT, '')
         self.assertEqual({ax.get_aspect() for ax in figure.axes}, {1.0})
+
+    def test_the_track_is_where_the_cars_on_it_are(self):
+        scenario = self.path('curved.yaml', CURVED)
+        states_csv = self.path('curved.csv')
+        self.derail('run', scenario, '--csv', states_csv)
+        states = run_data.read_states(states_csv)
+        tree = run_data.scenario_in_si(scenario, [], self.program)
+        track = run_pictures.track_under(states, tree) * FOOT
+        # A truck centre of a car on the rails is on the centre line; the middle of the car a little inside of the curve.
+        middles = np.stack([states.x_m[0], states.y_m[0]], axis=1)
+        self.assertGreater(np.ptp(middles[:, 1]), 20.0, 'the scenario is curved')
+        distance = np.array([np.hypot(*(track - m).T).min() for m in middles])
+        self.assertLess(distance.max(), 0.5 * run_pictures.TRACK_STEP + 0.6)
+        steps = np.hypot(*np.diff(track, axis=0).T)
+        np.testing.assert_allclose(steps, run_pictures.TRACK_STEP, rtol=1e-3)
+        zero = run_data.centre_line(tree, [0.0, 1.0, -1.0])
+        np.testing.assert_allclose(zero, [[0, 0], [1, 0], [-1, 0]], atol=2e-3)
+        # Without the scenario no line is drawn that is not there.
+        self.assertFalse(run_data.is_straight(states))
+        self.assertTrue(run_data.is_straight(self.states))
+        for arguments, lines in ((['--scenario', scenario, '--derail', self.program], 1), ([], 0)):
+            a = plot_run.parsed([states_csv, *arguments])
+            figure = next(iter(plot_run.pictures(a)))[2]
+            drawn = [line for line in figure.axes[0].lines if line.get_color() == '0.55']
+            self.assertEqual(len(drawn), lines)
+            if lines:
+                self.assertGreater(np.ptp(drawn[0].get_ydata()), 100.0)
+
+    def test_the_larger_view_is_of_the_heap_not_of_what_has_rolled_away(self):
+        far = 20
+        x = np.concatenate([[9000.0, 8980.0], np.arange(far) * -5.0, -150.0 - 20.0 * np.arange(30)])
+        cars = len(x)
+        off = np.zeros((1, cars))
+        off[0, 0] = off[0, 2:2 + far] = 1  # the first of two locomotives has derailed and is 9 km away
+        rows = [np.full((1, cars), v) for v in (0.0, 0.0)]
+        states = run_data.States(np.zeros(1), x[None], rows[0], rows[1], off, off, rows[0], rows[0])
+        figure = run_pictures.layout(states, np.full(cars, 17.0), np.full(cars, 3.0), run_pictures.STRAIGHT, '')
+        low, high = figure.axes[-1].get_xlim()
+        self.assertLess(high - low, 1000.0, 'ft')
+        self.assertTrue(low < -95.0 / FOOT and high > 0.0, 'all of the heap')
+        numbers = {t.get_text() for t in figure.axes[-1].texts}
+        self.assertNotIn('1', numbers)
+        self.assertIn('5', numbers)
 
     def test_no_peak_is_lost_in_the_force_map(self):
         pooled, step = run_pictures._pooled(np.array([[0.0], [-3.0], [2.0]] * 1000))
         self.assertTrue(np.all(pooled == -3.0))
         self.assertEqual(len(pooled), -(-3000 // step))
         self.assertLessEqual(len(pooled), run_pictures.CELLS)
+
+    def test_peaks_are_those_of_the_steps_where_the_table_has_them(self):
+        zero = np.zeros((2, 2))
+        axial = np.array([[10.0, np.nan], [-30.0, np.nan]]) * KIP
+        states = run_data.States(np.arange(2.0), zero, zero, zero, zero, zero, zero, axial)
+        self.assertEqual([list(p) for p in run_pictures.peak_forces(states)], [[10.0], [30.0]])
+        more = np.array([[0.0, np.nan], [200.0, np.nan]]) * KIP
+        states = run_data.States(np.arange(2.0), zero, zero, zero, zero, zero, zero, axial, more, 0.5 * more)
+        self.assertEqual([list(p) for p in run_pictures.peak_forces(states)], [[200.0], [100.0]])
 
     def test_what_is_wrong_is_named(self):
         with open(self.one, encoding='utf-8') as file:
