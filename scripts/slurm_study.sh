@@ -60,22 +60,25 @@ find_derail() {
 }
 derail=$(find_derail)
 
-mkdir -p "$out/slurm"
-file=$(realpath "$file")
-out=$(realpath "$out")
+# sbatch would take it for an escape in the names of logs.
+[[ $out != *\\* && $PWD != *\\* ]] || refuse "--out = $out: a backslash in the path of the results"
+mkdir -p -- "$out/slurm"
+file=$(realpath -- "$file")
+out=$(realpath -- "$out")
+logs=${out//%/%%}/slurm
 study="$(printf '%q ' "$derail" study "$file" --out "$out" --resume --quiet)"
 merge="$(printf '%q ' "$derail" merge "$file" --out "$out")"
 
 # --parsable: "id" or "id;cluster".
 array=$(sbatch --job-name="derail" --cpus-per-task=1 "${options[@]}" --parsable --array="1-$shards" --requeue \
-  --open-mode=append --output="$out/slurm/shard-%a.log" << JOB
+  --open-mode=append --output="$logs/shard-%a.log" << JOB
 #!/bin/bash
 exec $study --shard "\$SLURM_ARRAY_TASK_ID/$shards" --jobs "\$SLURM_CPUS_PER_TASK"
 JOB
 )
 array=${array%%;*}
 last=$(sbatch --job-name="derail-merge" "${options[@]}" --parsable --requeue --dependency="afterok:$array" \
-  --kill-on-invalid-dep=yes --output="$out/slurm/merge.log" << JOB
+  --kill-on-invalid-dep=yes --output="$logs/merge.log" << JOB
 #!/bin/bash
 exec $merge
 JOB

@@ -14,7 +14,8 @@ from cluster import Cluster
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '../../scripts/slurm_study.sh')
 DERAIL = ''
 SHARDS = 4
-RUNS = 6 * 40
+RUNS = 6 * 120
+OUT = 'out put 50%, %a'  # sbatch has patterns of its own in the names of logs
 
 SCENARIO = """
 consist:
@@ -29,7 +30,7 @@ plan: grid
 factors:
   - {key: initial.speed, values: [20 mph, 30 mph, 40 mph]}
   - {key: coupler.slack, values: [0.5 in, 1 in]}
-replicates: 40
+replicates: 120
 perturbation: {spacing: 3 mm, yaw_rate: 0.01}
 """
 
@@ -63,14 +64,14 @@ class SlurmTest(unittest.TestCase):
         os.mkdir(cluster_folder)
         cluster = Cluster(cluster_folder, nodes=2)
         self.addCleanup(cluster.close)
-        submitted = self.submit(study, '--out', self.path('out put'), '--shards', str(SHARDS), environment=cluster.environment)
+        submitted = self.submit(study, '--out', self.path(OUT), '--shards', str(SHARDS), environment=cluster.environment)
         self.assertEqual(submitted.returncode, 0, submitted.stderr)
         array, merge = re.match(r'shards: job (\d+); merge: job (\d+);', submitted.stdout).groups()
 
         # The first shard that has computed something, but not all, loses its node.
         def rows(shard):
             try:
-                return self.read('out put', 'journal.%d-of-%d.csv' % (shard, SHARDS)).count(b'\n') - 1
+                return self.read(OUT, 'journal.%d-of-%d.csv' % (shard, SHARDS)).count(b'\n') - 1
             except FileNotFoundError:
                 return 0
 
@@ -79,11 +80,11 @@ class SlurmTest(unittest.TestCase):
         shard = begun[0]
         lost = cluster.node_that_runs('%d/%d' % (shard, SHARDS))
         cluster.kill_node(lost)
-        saved = self.read('out put', 'journal.%d-of-%d.csv' % (shard, SHARDS))
+        saved = self.read(OUT, 'journal.%d-of-%d.csv' % (shard, SHARDS))
         self.assertLess(saved.count(b'\n') - 1, RUNS / SHARDS)
 
         cluster.wait_for(lambda: cluster.job(merge).get('JobState') in ('COMPLETED', 'FAILED', 'CANCELLED'), limit=150.0)
-        log = self.read('out put', 'slurm', 'shard-%d.log' % shard).decode()
+        log = self.read(OUT, 'slurm', 'shard-%d.log' % shard).decode()
         self.assertEqual(cluster.job(merge)['JobState'], 'COMPLETED', log + cluster.logs())
         task = cluster.job('%s_%d' % (array, shard))
         self.assertEqual((task['JobState'], task['Restarts']), ('COMPLETED', '1'), task)
@@ -91,10 +92,10 @@ class SlurmTest(unittest.TestCase):
 
         # What was on disk has not been computed again, but for a line that was torn.
         whole = saved[:saved.rindex(b'\n') + 1]
-        self.assertTrue(self.read('out put', 'journal.%d-of-%d.csv' % (shard, SHARDS)).startswith(whole))
+        self.assertTrue(self.read(OUT, 'journal.%d-of-%d.csv' % (shard, SHARDS)).startswith(whole))
         for name in ('runs.csv', 'summary.csv'):
-            self.assertEqual(self.read('out put', name), self.read('alone', name), name)
-        self.assertIn(b'%d of %d runs' % (RUNS, RUNS), self.read('out put', 'slurm', 'merge.log'))
+            self.assertEqual(self.read(OUT, name), self.read('alone', name), name)
+        self.assertIn(b'%d of %d runs' % (RUNS, RUNS), self.read(OUT, 'slurm', 'merge.log'))
 
     def test_nothing_is_submitted_that_cannot_work(self):
         study = self.path('a study.yaml')
@@ -104,6 +105,7 @@ class SlurmTest(unittest.TestCase):
                 ([study, '--out', 'x', '--shards', 'two'], '--shards = two: out of range'),
                 ([study, '--out', 'x', '--shards'], '--shards: missing value'),
                 ([study, '--out', 'x', '--shards', '2', 'other.yaml'], 'other.yaml: a second study file'),
+                ([study, '--out', 'a\\b', '--shards', '2'], 'a backslash'),
                 ([study, '--shards', '2'], 'usage: slurm_study.sh')):
             refused = self.submit(*arguments)
             self.assertEqual(refused.returncode, 2, refused.stderr)
