@@ -11,9 +11,12 @@ namespace {
 
 class RecordedRun final : public BagOutput {
  public:
-  RecordedRun(const std::string& path, const simulation::Simulation& simulation)
-      : bag_(ros_face::bag_path(path), "/train_derail"), stream_({}, {&bag_}) {
+  RecordedRun(const std::string& path, files::Existing existing, const simulation::Simulation& simulation)
+      : bag_(ros_face::bag_path(path), "/train_derail", existing), stream_({}, {&bag_}) {
     stream_.start_run(simulation, {});
+  }
+  ~RecordedRun() override {
+    if (!closed_) bag_.discard();
   }
 
   void grid_point(const simulation::Simulation& simulation) override {
@@ -21,12 +24,13 @@ class RecordedRun final : public BagOutput {
     check();
   }
 
-  void close(const simulation::Simulation& simulation) override {
-    const outcome::Outcome outcome = simulation.outcome();
-    const bool failed = outcome.ended == outcome::Ended::integration_failed;
-    stream_.end_run(simulation, outcome, {failed ? RunInfo::FAILED : RunInfo::ENDED, 0.0});
+  std::string close(const simulation::Simulation& simulation, const outcome::Outcome& outcome) override {
+    const bool failed = outcome.ended == outcome::Ended::integration_failed, interrupted = !simulation.ended();
+    stream_.end_run(simulation, outcome, {failed ? RunInfo::FAILED : interrupted ? RunInfo::PAUSED : RunInfo::ENDED, 0.0});
+    closed_ = true;
     bag_.close();
     check();
+    return bag_.path();
   }
 
  private:
@@ -34,6 +38,7 @@ class RecordedRun final : public BagOutput {
     if (!bag_.error().empty()) throw std::runtime_error(bag_.error());
   }
 
+  bool closed_ = false;
   ros_face::BagRecorder bag_;
   ros_face::RunStream stream_;
 };
@@ -43,6 +48,6 @@ class RecordedRun final : public BagOutput {
 }  // namespace train_derail::apps
 
 extern "C" train_derail::apps::BagOutput* train_derail_open_bag(
-    const std::string& path, const train_derail::simulation::Simulation& simulation) {
-  return new train_derail::apps::RecordedRun(path, simulation);
+    const std::string& path, train_derail::files::Existing existing, const train_derail::simulation::Simulation& simulation) {
+  return new train_derail::apps::RecordedRun(path, existing, simulation);
 }

@@ -1,12 +1,19 @@
 // Command line of the simulator: the same core as the node, without ROS.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iostream>
+#include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "bag_output.hpp"
+#include "files.hpp"
+#include "interrupt.hpp"
 #include "progress.hpp"
 #include "study_commands.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -26,26 +33,17 @@ using namespace train_derail;
 constexpr int kOk = 0, kOutputFailed = 1, kInputWrong = 2, kIntegrationFailed = 3;
 
 struct Arguments {
-  std::string file, json, csv, incidents, bag;
+  std::string file;
+  std::optional<std::string> json, csv, incidents, bag;
   std::vector<std::string> set;
-  bool quiet = false;
+  bool force = false, quiet = false;
 };
 
 inputs::Scenario read(const Arguments& a) {
+  apps::expect(files::Kind::scenario, a.file);
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   return inputs::read_scenario_file(a.file, overrides);
-}
-
-std::ofstream open(const std::string& path) {
-  std::ofstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot be written");
-  return file;
-}
-
-void close(std::ofstream& file, const std::string& path) {
-  file.close();
-  if (!file) throw std::runtime_error(path + ": could not be written whole");
 }
 
 /// How far the train has come to rest; the only measure of progress that needs no guess of the stopping time.
@@ -57,63 +55,126 @@ double progress_of(const simulation::Simulation& s) {
   return std::min(std::max(by_speed, s.time() / s.scenario().stop.time_max), 1.0);
 }
 
+/// What `derail run` writes. Opened before the computing: an unwritable path is said then, not after it.
+class Outputs {
+ public:
+  explicit Outputs(const Arguments& a) : existing_(apps::existing(a.force)) {
+    std::vector<apps::NamedPath> paths;
+    const auto add = [&paths](const char* option, const std::optional<std::string>& path) {
+      if (path) paths.push_back({option, *path});
+    };
+    add("--csv", a.csv);
+    add("--incidents", a.incidents);
+    add("--json", a.json);
+    add("--bag", a.bag);
+    apps::require_apart({{"FILE", a.file}}, paths);
+    open(a.csv, csv_);
+    open(a.incidents, incidents_);
+    open(a.json, json_);
+  }
+
+  /// At time 0.
+  void start(const Arguments& a, const simulation::Simulation& s) {
+    if (a.bag) bag_ = apps::open_bag(*a.bag, existing_, s);
+    if (!csv_) return;
+    simulation::write_csv_header(csv_->stream());
+    simulation::write_csv_rows(csv_->stream(), s.snapshot());
+  }
+  /// Whether anything wants to be told of the output grid.
+  bool follows() const { return csv_ || bag_; }
+  void grid_point(const simulation::Simulation& s) {
+    if (csv_) {
+      simulation::write_csv_rows(csv_->stream(), s.snapshot());
+      csv_->check();
+    }
+    if (bag_) bag_->grid_point(s);
+  }
+  /// Returns the names of what has been written.
+  std::vector<std::string> finish(const simulation::Simulation& s, const outcome::Outcome& outcome) {
+    if (incidents_) outcome::write_incidents_csv(incidents_->stream(), s.incidents());
+    if (json_) json_->stream() << outcome::to_json(outcome) << "\n";
+    std::vector<std::string> written;
+    for (auto* file : {&csv_, &incidents_, &json_}) {
+      if (!*file) continue;
+      (*file)->commit();
+      written.push_back((*file)->path());
+    }
+    if (bag_) written.push_back(bag_->close(s, outcome));
+    return written;
+  }
+  /// Nothing else may be printed then.
+  bool on_standard_output() const {
+    return std::any_of(paths_.begin(), paths_.end(), [](const std::string& path) { return files::same_file(path, "-"); });
+  }
+
+ private:
+  void open(const std::optional<std::string>& path, std::optional<files::OutputFile>& file) {
+    if (!path) return;
+    file.emplace(*path, existing_);
+    paths_.push_back(*path);
+  }
+
+  files::Existing existing_;
+  std::optional<files::OutputFile> csv_, incidents_, json_;
+  std::unique_ptr<apps::BagOutput> bag_;
+  std::vector<std::string> paths_;
+};
+
 int run(const Arguments& a) {
   const inputs::Scenario scenario = read(a);
-  // Outputs are opened first: an unwritable path is said before the computing, not after it.
-  std::ofstream csv, incidents, json;
-  if (!a.csv.empty()) csv = open(a.csv);
-  if (!a.incidents.empty()) incidents = open(a.incidents);
-  if (!a.json.empty() && a.json != "-") json = open(a.json);
-
+  Outputs outputs(a);
   simulation::Simulation simulation(scenario);
-  std::unique_ptr<apps::BagOutput> bag;
-  if (!a.bag.empty()) bag = apps::open_bag(a.bag, simulation);
+  outputs.start(a, simulation);
+  apps::stop_on_signals();
   {
     apps::Progress progress(!a.quiet);
-    if (!progress.shown() && !csv.is_open() && !bag) simulation.run();  // nobody looks on
-    if (csv.is_open()) {
-      simulation::write_csv_header(csv);
-      simulation::write_csv_rows(csv, simulation.snapshot());
-    }
-    for (std::int64_t tick = 1; !simulation.ended(); ++tick) {
+    if (!progress.shown() && !outputs.follows()) simulation.run(&apps::stop);  // nobody looks on
+    for (std::int64_t tick = 1; !simulation.ended() && !apps::stop; ++tick) {
       const double before = simulation.time();
-      simulation.advance(static_cast<double>(tick) * scenario.output.interval);
-      if (simulation.time() > before) {
-        if (csv.is_open()) simulation::write_csv_rows(csv, simulation.snapshot());
-        if (bag) bag->grid_point(simulation);
-      }
+      simulation.advance(static_cast<double>(tick) * scenario.output.interval, &apps::stop);
+      if (simulation.time() > before) outputs.grid_point(simulation);
       progress.update(progress_of(simulation), fmt::format("{:.1f} s simulated", simulation.time()));
     }
   }
 
-  const outcome::Outcome outcome = simulation.outcome();
-  if (csv.is_open()) close(csv, a.csv);
-  if (incidents.is_open()) {
-    outcome::write_incidents_csv(incidents, simulation.incidents());
-    close(incidents, a.incidents);
+  outcome::Outcome outcome = simulation.outcome();
+  const bool interrupted = !simulation.ended();
+  if (interrupted) {
+    outcome.message = "interrupted";
+    outcome.warnings.push_back(fmt::format("interrupted at {:.2f} s: numbers are those of the run so far", simulation.time()));
   }
-  if (bag) bag->close(simulation);
-  if (a.json == "-") {
-    std::cout << outcome::to_json(outcome) << "\n";
-  } else if (json.is_open()) {
-    json << outcome::to_json(outcome) << "\n";
-    close(json, a.json);
-  }
-  if (!a.quiet && a.json != "-") {
+  const std::vector<std::string> written = outputs.finish(simulation, outcome);
+  if (!a.quiet && !outputs.on_standard_output()) {
     std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << outcome::to_table(outcome);
   }
-  std::cout.flush();
-  if (!std::cout) throw std::runtime_error("standard output: could not be written whole");
   if (outcome.ended == outcome::Ended::integration_failed) {
     std::cerr << "derail: integration failed: " << outcome.message << "\n";
     return kIntegrationFailed;
   }
+  if (interrupted) {
+    std::cerr << fmt::format("derail: interrupted at {:.2f} s; written up to there: {}\n", simulation.time(),
+                             written.empty() ? "no files, as none were asked for" : fmt::format("{}", fmt::join(written, ", ")));
+    return apps::kInterrupted;
+  }
   return kOk;
 }
 
-}  // namespace
+/// Of CLI11's errors: what is wrong, and where help is.
+std::string one_line(const CLI::App* app, const CLI::Error& error) {
+  std::string what = error.what();
+  while (const CLI::App* chosen = app->get_subcommands().empty() ? nullptr : app->get_subcommands().front()) app = chosen;
+  const bool top = app->get_parent() == nullptr;
+  const std::vector<std::string> left = app->remaining(true);
+  if (top && !left.empty() && left.front().front() != '-') {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app->get_subcommands({})) names.push_back(command->get_name());
+    what = fmt::format("'{}' is no command; commands: {}", left.front().substr(0, 40), fmt::join(names, ", "));
+  }
+  std::replace(what.begin(), what.end(), '\n', ' ');
+  return fmt::format("derail: {}; help: derail {}{}--help\n", what, top ? "" : app->get_name(), top ? "" : " ");
+}
 
-int main(int argc, char** argv) {
+int command_line(int argc, char** argv) {
   CLI::App app{
       "Simulates how a train derails: planar equations of motion of Jeong, Lyons, Orringer and Perlman (2007).\n\n"
       "  derail run config/baseline.yaml                                  the paper's baseline: table of the outcome\n"
@@ -126,7 +187,8 @@ int main(int argc, char** argv) {
       "  derail verify config/baseline.yaml                               a general multibody engine's second opinion\n\n"
       "A long train is chaotic: one run is one draw. Compare ensembles (initial.perturbation), not single runs.\n"
       "Exit codes: 0 done, 1 output could not be written, 2 something is wrong with the input, 3 integration failed,\n"
-      "4 derail verify: the two engines differ.",
+      "4 derail verify: the two engines differ, 130 interrupted (what there was has been written).\n"
+      "Files are written whole or not at all, and never over others unless --force says so.",
       "derail"};
   app.set_version_flag("--version", "train_derail " TRAIN_DERAIL_VERSION, "Print the version and exit");
   app.require_subcommand(1);
@@ -134,16 +196,18 @@ int main(int argc, char** argv) {
 
   Arguments a;
   const auto add_inputs = [&a](CLI::App* command) {
-    command->add_option("FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();
+    apps::add_path(command, "FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();
     command->add_option("--set", a.set, "Change an input: key=value, as in \"consist[0].weight=286 kip\"; may be repeated")
         ->allow_extra_args(false);
   };
   CLI::App* run_command = app.add_subcommand("run", "Run one scenario to its end");
   add_inputs(run_command);
-  run_command->add_option("--json", a.json, "Write the outcome as JSON in SI units; - is standard output");
-  run_command->add_option("--csv", a.csv, "Write the states of cars and couplers on the output grid");
-  run_command->add_option("--incidents", a.incidents, "Write what happened: trucks off the rails, broken couplers, impacts (CSV)");
-  run_command->add_option("--bag", a.bag, "Record what the node would publish; a folder: named by date");
+  apps::add_path(run_command, "--json", a.json, "Write the outcome as JSON in SI units; - is standard output");
+  apps::add_path(run_command, "--csv", a.csv, "Write the states of cars and couplers on the output grid; - is standard output");
+  apps::add_path(run_command, "--incidents", a.incidents,
+                 "Write what happened: trucks off the rails, broken couplers, impacts (CSV); - is standard output");
+  apps::add_path(run_command, "--bag", a.bag, "Record what the node would publish; a folder: named by date");
+  apps::add_force(run_command, a.force);
   run_command->add_flag("--quiet", a.quiet, "No progress and no table");
   CLI::App* check_command = app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");
   add_inputs(check_command);
@@ -154,6 +218,7 @@ int main(int argc, char** argv) {
   apps::add_validate_command(app, further_command);
   apps::add_verify_command(app, further_command);
 
+  app.failure_message(one_line);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -169,8 +234,33 @@ int main(int argc, char** argv) {
   } catch (const inputs::InputError& e) {
     std::cerr << "derail: " << e.what() << "\n";
     return kInputWrong;
+  } catch (const files::ExistsError& e) {
+    std::cerr << "derail: " << e.what() << "; --force replaces it\n";
+    return kOutputFailed;
   } catch (const std::exception& e) {
     std::cerr << "derail: " << e.what() << "\n";
     return kOutputFailed;
   }
+}
+
+/// A standard stream that is closed would lend its number to the next file that is opened: tables would go into results.
+void occupy_standard_streams() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    const int useless = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;  // errors stay errors
+    if (fcntl(fd, F_GETFD) < 0) static_cast<void>(open("/dev/null", useless));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  occupy_standard_streams();
+  const int code = command_line(argc, argv);
+  try {
+    files::check_standard_output();
+  } catch (const std::exception& e) {
+    std::cerr << "derail: " << e.what() << "\n";
+    return code == kOk ? kOutputFailed : code;
+  }
+  return code;
 }

@@ -1,8 +1,10 @@
-// Interrupted, a command ends after the runs in flight.
+// Interrupted, a command ends soon, after writing what it has. Interrupted again, it ends at once.
 #pragma once
 
 #include <atomic>
 #include <csignal>
+
+#include <signal.h>
 
 namespace train_derail::apps {
 
@@ -11,8 +13,18 @@ inline constexpr int kInterrupted = 130;
 inline std::atomic<bool> stop{false};  // written by the signal handler, hence here
 
 inline void stop_on_signals() {
-  std::signal(SIGINT, [](int) { stop = true; });
-  std::signal(SIGTERM, [](int) { stop = true; });
+  struct sigaction action = {};
+  action.sa_handler = [](int) { stop = true; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // no SA_RESTART: a write to a pipe that nobody reads ends
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);  // of a pipe whose reader has gone: an error of that file
+}
+
+/// For what follows the computing: it does not look at `stop`, and leaves nothing half when it is killed.
+inline void end_on_signals() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
 }
 
 }  // namespace train_derail::apps

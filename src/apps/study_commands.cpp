@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -19,13 +20,16 @@ namespace train_derail::apps {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr int kInputWrong = 2;
 
 struct Arguments {
-  std::string file, folder, out, shard, engine;
+  std::string file, folder, shard, engine;
+  std::optional<std::string> out;
   std::vector<std::string> folders, set;
   int jobs = 0, replicates = 0;  // replicates 0: as the study says
-  bool resume = false, quiet = false;
+  bool resume = false, force = false, quiet = false;
 };
 
 study::Shard parse_shard(const std::string& text) {
@@ -41,10 +45,19 @@ study::Shard parse_shard(const std::string& text) {
 }
 
 std::string folder_of(const Arguments& a) {
-  return a.out.empty() ? std::filesystem::path(a.file).stem().string() + ".results" : a.out;
+  return a.out.value_or(fs::path(a.file).stem().string() + ".results");
+}
+
+/// Of a study, finished or not.
+void expect_results(const std::string& folder) {
+  expect(files::Kind::study_results, folder);
+  if (fs::is_directory(folder)) return;
+  const char* problem = fs::exists(folder) ? "is a file" : "does not exist";
+  throw inputs::InputError(folder, "", "", problem, "a folder with the results of derail study");
 }
 
 study::Study read_study(const Arguments& a) {
+  expect(files::Kind::study, a.file);
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   study::Study study = study::read_study_file(a.file, overrides);
@@ -81,6 +94,7 @@ int run(const Arguments& a) {
                                   p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
     }, stop);
   }
+  end_on_signals();
   if (report.failed > 0) {
     std::cerr << fmt::format("derail: {} of {} runs failed; their rows in runs.csv say why\n", report.failed, report.computed);
   }
@@ -97,11 +111,21 @@ int run(const Arguments& a) {
 
 int merge(const Arguments& a) {
   const study::Study study = read_study(a);
+  for (const std::string& folder : a.folders) expect_results(folder);
   study::gather(folder_of(a), a.folders, study);
   return finish(folder_of(a), study, 0, 0.0, a.quiet);
 }
 
 int report(const Arguments& a) {
+  expect_results(a.folder);
+  const fs::path folder = a.folder;
+  const std::string path = a.out.value_or((folder / "report.html").string());
+  std::vector<NamedPath> inputs;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const fs::path& file = entry.path();
+    if (entry.is_regular_file() && file.extension() != ".html") inputs.push_back({"a file of the results", file.string()});
+  }
+  require_apart(inputs, {{"--out", path}});
   std::string page;
   try {
     page = study::to_html(a.folder);
@@ -109,9 +133,10 @@ int report(const Arguments& a) {
     std::cerr << "derail: " << e.what() << "\n";
     return kInputWrong;
   }
-  const std::string path = a.out.empty() ? (std::filesystem::path(a.folder) / "report.html").string() : a.out;
-  write_file(path, page);
-  if (!a.quiet) std::cout << path << "\n";
+  // The page of the same results made anew; a file of somebody else's is not replaced.
+  const bool own = a.force || files::recognise(path).what == files::kReport;
+  files::write_file(path, page, existing(own));
+  if (!a.quiet && !files::same_file(path, "-")) std::cout << path << "\n";
   return 0;
 }
 
@@ -121,12 +146,12 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   const auto common = [&a](CLI::App* sub) {
-    sub->add_option("FILE", a.file, "Study, YAML (examples: config/studies)")->required();
+    add_path(sub, "FILE", a.file, "Study, YAML (examples: config/studies)")->required();
     sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
         ->allow_extra_args(false);
     sub->add_option("--replicates", a.replicates, "Runs a point, instead of what the study says")
         ->check(CLI::Range(1, 1000000));
-    sub->add_option("--out", a.out, "Folder of the results; default: the file's name with .results");
+    add_path(sub, "--out", a.out, "Folder of the results; default: the file's name with .results");
     sub->add_option("--engine", a.engine, "What computes: the model, or the multibody engine that checks it (slow)")
         ->default_str("purpose_built")
         ->check(CLI::IsMember({"purpose_built", "multibody"}));
@@ -140,11 +165,12 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   study_command->callback([&command, arguments] { command = [arguments] { return run(*arguments); }; });
   CLI::App* merge_command = app.add_subcommand("merge", "Put the shards of a study together");
   common(merge_command);
-  merge_command->add_option("FOLDERS", a.folders, "Folders of shards; default: the shards that lie in --out");
+  add_path(merge_command, "FOLDERS", a.folders, "Folders of shards; default: the shards that lie in --out");
   CLI::App* report_command =
       app.add_subcommand("report", "Write the results of a study as one self-contained page of HTML");
-  report_command->add_option("DIR", a.folder, "Folder of the results")->required();
-  report_command->add_option("--out", a.out, "File of the page; default: report.html in DIR");
+  add_path(report_command, "DIR", a.folder, "Folder of the results")->required();
+  add_path(report_command, "--out", a.out, "File of the page; default: report.html in DIR; - is standard output");
+  add_force(report_command, a.force);
   report_command->add_flag("--quiet", a.quiet, "Do not say where it is");
   report_command->callback([&command, arguments] { command = [arguments] { return report(*arguments); }; });
   merge_command->callback([&command, arguments] { command = [arguments] { return merge(*arguments); }; });

@@ -25,7 +25,8 @@ using inputs::InputError;
 constexpr int kInputWrong = 2;
 
 struct Arguments {
-  std::string table, study, out, min_speed;
+  std::string table, study, min_speed;
+  std::optional<std::string> out;
   std::vector<std::string> set;
   std::optional<double> spread;
   int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as the study says
@@ -63,6 +64,8 @@ validation::AccidentTable read_table(const Arguments& a) {
 }
 
 int validate(const Arguments& a) {
+  expect(files::Kind::accidents, a.table);
+  expect(files::Kind::study, a.study);
   validation::AccidentTable table;
   try {
     table = read_table(a);
@@ -73,7 +76,7 @@ int validate(const Arguments& a) {
     return kInputWrong;
   }
   const study::Study study = read_study(a);
-  const std::string folder = a.out.empty() ? fs::path(a.table).stem().string() + ".validated" : a.out;
+  const std::string folder = a.out.value_or(fs::path(a.table).stem().string() + ".validated");
   stop_on_signals();
   validation::Ensembles ensembles;
   {
@@ -84,15 +87,18 @@ int validate(const Arguments& a) {
                                   p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
     }, stop);
   }
+  end_on_signals();
   if (ensembles.stopped) {
     std::cerr << "derail: stopped; --resume goes on from here\n";
     return kInterrupted;
   }
   const validation::Validation v = validation::evaluate(study, table, ensembles);
-  const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
-  write_file(path("rows.csv"), validation::rows_csv(v));
-  write_file(path("members.csv"), validation::members_csv(study, ensembles));
-  write_file(path("validation.json"), validation::to_json(v) + "\n");
+  const auto write = [&](const char* name, const std::string& text) {  // the folder has been claimed: what is there is ours
+    files::write_file((fs::path(folder) / name).string(), text, files::Existing::replace);
+  };
+  write("rows.csv", validation::rows_csv(v));
+  write("members.csv", validation::members_csv(study, ensembles));
+  write("validation.json", validation::to_json(v) + "\n");
   study::write_about(folder, study, static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.wall_time);
   if (ensembles.failed > 0) {
     std::cerr << fmt::format("derail: {} of {} runs failed; their rows in members.csv say why\n", ensembles.failed,
@@ -104,8 +110,6 @@ int validate(const Arguments& a) {
               << fmt::format("{} runs in {} (rows.csv, members.csv, validation.json, about.json), {:.1f} s\n",
                              ensembles.members.size(), folder, ensembles.wall_time);
   }
-  std::cout.flush();
-  if (!std::cout) throw std::runtime_error("standard output: could not be written whole");
   return 0;
 }
 
@@ -116,8 +120,8 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   Arguments& a = *arguments;
   CLI::App* sub = app.add_subcommand(
       "validate", "Predict the cars derailed in real accidents, one ensemble a row, and score it against what happened");
-  sub->add_option("DATA", a.table, "Table of accidents, CSV (columns: docs/validation.md; example: config/accidents)")->required();
-  sub->add_option("--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
+  add_path(sub, "DATA", a.table, "Table of accidents, CSV (columns: docs/validation.md; example: config/accidents)")->required();
+  add_path(sub, "--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
   sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")->allow_extra_args(false);
   sub->add_option("--members", a.members, "Runs a row, instead of what the study says")->check(CLI::Range(1, 100000));
   sub->add_option("--spread", a.spread, "Half-widths of the inputs' ranges times this, about their middles, instead of what the study says");
@@ -126,7 +130,7 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   sub->add_option("--min-tail", a.min_tail, "Only rows with at least so many cars from the first derailed one to the rear")
       ->check(CLI::Range(1, 1000));
   sub->add_option("--every", a.every, "Only every so manyth row of the table")->check(CLI::Range(1, 1000000));
-  sub->add_option("--out", a.out, "Folder of the results; default: the table's name with .validated");
+  add_path(sub, "--out", a.out, "Folder of the results; default: the table's name with .validated");
   sub->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
   sub->add_flag("--resume", a.resume, "Compute only what the folder lacks: after a kill or a stop");
   sub->add_flag("--quiet", a.quiet, "No progress and no table");

@@ -35,7 +35,7 @@ constexpr std::chrono::milliseconds kReaderWait{1000}, kReaderPoll{10};
   fail(path, fmt::format("cannot be written: {}", std::strerror(error)));
 }
 [[noreturn]] void fail_to_write(const std::string& path, int error) {
-  fail(path, fmt::format("could not be written whole: {}", std::strerror(error)));
+  fail(path, fmt::format("could not be written whole{}{}", error != 0 ? ": " : "", error != 0 ? std::strerror(error) : ""));
 }
 [[noreturn]] void exists(const std::string& path) { throw ExistsError(path + ": exists already and is not overwritten"); }
 
@@ -323,7 +323,7 @@ void check_standard_output() {
   errno = 0;
   std::cout.flush();
   if (std::cout.good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
-  fail_to_write("standard output", errno != 0 ? errno : EIO);
+  fail_to_write("standard output", errno);  // 0: an earlier flush has failed
 }
 
 }  // namespace train_derail::files

@@ -363,10 +363,11 @@ struct Run {
     if (observer.at_rest()) ended = outcome::Ended::at_rest;
   }
 
-  void advance(double target) {
+  void advance(double target, const std::atomic<bool>* stop) {
     target = std::min(target, scenario.stop.time_max);
     sample();
     while (ended == outcome::Ended::running && time() < target) {
+      if (stop != nullptr && *stop) return;
       const double due = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
       try {
         if (integrator.getNumStepsTaken() >= scenario.solver.steps_max) {
@@ -407,9 +408,9 @@ class SimbodyRun final : public EngineRun {
  public:
   SimbodyRun(const inputs::Scenario& scenario, const Options& options) : run_(scenario, options) {}
 
-  void advance(double t) override {
+  void advance(double t, const std::atomic<bool>* stop) override {
     const auto start = std::chrono::steady_clock::now();
-    run_.advance(t);
+    run_.advance(t, stop);
     run_.wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 

@@ -41,8 +41,8 @@ Engine::Engine(const inputs::Scenario& scenario, const Options& options) {
 Engine::~Engine() = default;
 Engine::Engine(Engine&&) noexcept = default;
 Engine& Engine::operator=(Engine&&) noexcept = default;
-void Engine::advance(double t) { run_->advance(t); }
-void Engine::run() { advance(inputs::kInfinity); }
+void Engine::advance(double t, const std::atomic<bool>* stop) { run_->advance(t, stop); }
+void Engine::run(const std::atomic<bool>* stop) { advance(inputs::kInfinity, stop); }
 double Engine::time() const { return run_->time(); }
 bool Engine::ended() const { return run_->ended(); }
 std::vector<CarMotion> Engine::cars() const { return run_->cars(); }

@@ -9,7 +9,7 @@ namespace train_derail::multibody {
 class EngineRun {
  public:
   virtual ~EngineRun() = default;
-  virtual void advance(double t) = 0;
+  virtual void advance(double t, const std::atomic<bool>* stop) = 0;
   virtual double time() const = 0;
   virtual bool ended() const = 0;
   virtual std::vector<CarMotion> cars() const = 0;

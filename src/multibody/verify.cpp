@@ -82,8 +82,8 @@ double processor_time() {
 }
 
 template <class Run>
-outcome::Outcome outcome_of(Run run) {
-  run.run();
+outcome::Outcome outcome_of(Run run, const std::atomic<bool>* stop) {
+  run.run(stop);
   return run.outcome();
 }
 
@@ -95,7 +95,8 @@ const char* to_string(Verdict verdict) {
   return verdict == Verdict::agrees ? "agrees" : verdict == Verdict::differs ? "differs" : "not judged";
 }
 
-PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options, double follow, double judged) {
+PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options, double follow, double judged,
+                  const std::atomic<bool>* stop) {
   const Criteria& c = options.criteria;
   inputs::Scenario tight = scenario;
   tight.initial.perturbation = {};
@@ -111,8 +112,8 @@ PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options
   for (std::int64_t i = 0;; ++i) {
     const double t = static_cast<double>(i) * kInterval;
     if (t > follow) break;
-    a.advance(t);
-    b.advance(t);
+    a.advance(t, stop);
+    b.advance(t, stop);
     if (a.time() < t || b.time() < t) break;
     const Difference& d = pair.differences.emplace_back(difference(a.snapshot(), b, force_peak));
     force_peak = d.force_peak;
@@ -138,20 +139,22 @@ PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options
 }
 
 Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions& options,
-                           const std::function<void(double, const std::string&)>& on_progress) {
+                           const std::function<void(double, const std::string&)>& on_progress,
+                           const std::atomic<bool>* stop) {
   Ensemble ensemble;
   ensemble.runs = options.runs;
   std::vector<outcome::Outcome> a(static_cast<std::size_t>(options.runs)), b(a.size());
   std::mutex mutex;
   std::size_t done = 0;
   const auto one = [&](std::size_t i) {
+    if (stop != nullptr && *stop) return;
     inputs::Scenario s = scenario;
     s.initial.perturbation = {options.spacing, options.yaw_rate,
                               scenario.initial.perturbation.seed + static_cast<std::int64_t>(i) + 1};
     if (i < a.size()) {
-      b[i] = outcome_of(Engine(s, {0.0, false, options.fault}));  // the long ones first
+      b[i] = outcome_of(Engine(s, {0.0, false, options.fault}), stop);  // the long ones first
     } else {
-      a[i - a.size()] = outcome_of(simulation::Simulation(s));
+      a[i - a.size()] = outcome_of(simulation::Simulation(s), stop);
     }
     const std::lock_guard<std::mutex> lock(mutex);
     ++done;
@@ -200,7 +203,7 @@ Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions
 }
 
 Verification verify(const inputs::Scenario& scenario, const VerifyOptions& options,
-                    const std::function<void(double, const std::string&)>& on_progress) {
+                    const std::function<void(double, const std::string&)>& on_progress, const std::atomic<bool>* stop) {
   require();
   inputs::validate(scenario);
   if (scenario.stop.time_max < options.criteria.early) {
@@ -212,21 +215,21 @@ Verification verify(const inputs::Scenario& scenario, const VerifyOptions& optio
   v.scenario = scenario;
   v.options = options;
   on_progress(0.0, "point by point");
-  v.early = follow(scenario, options, options.follow, options.criteria.early);
+  v.early = follow(scenario, options, options.follow, options.criteria.early, stop);
   for (const int cars : {1, 2, 3}) {
     on_progress(0.05 + 0.02 * cars, "short trains");
     if (cars <= car_count(scenario))
-      v.short_trains.push_back(follow(shortened(scenario, cars), options, inputs::kInfinity, inputs::kInfinity));
+      v.short_trains.push_back(follow(shortened(scenario, cars), options, inputs::kInfinity, inputs::kInfinity, stop));
   }
   on_progress(0.12, "one run of each");
   const double start = processor_time();
-  v.purpose_built = outcome_of(simulation::Simulation(scenario));
+  v.purpose_built = outcome_of(simulation::Simulation(scenario), stop);
   const double between = processor_time();
-  v.multibody = outcome_of(Engine(scenario, {0.0, false, options.fault}));
+  v.multibody = outcome_of(Engine(scenario, {0.0, false, options.fault}), stop);
   v.purpose_built_seconds = between - start;
   v.multibody_seconds = processor_time() - between;
   v.ensemble = compare_ensembles(scenario, options,
-                                 [&](double done, const std::string& what) { on_progress(0.15 + 0.85 * done, what); });
+                                 [&](double done, const std::string& what) { on_progress(0.15 + 0.85 * done, what); }, stop);
   return v;
 }
 

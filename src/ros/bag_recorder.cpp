@@ -1,6 +1,13 @@
 #include "train_derail/ros/bag_recorder.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
@@ -20,17 +27,49 @@ std::string active(const std::string& path) { return path + ".active"; }
 std::string bag_path(const std::string& bag) {
   if (!fs::is_directory(bag)) return fs::absolute(bag);
   const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return fs::absolute(fs::path(bag) / fmt::format("train_derail_{:%Y-%m-%d-%H-%M-%S}.bag", fmt::localtime(now)));
+  const std::string name = fmt::format("train_derail_{:%Y-%m-%d-%H-%M-%S}", fmt::localtime(now));
+  fs::path path = fs::absolute(fs::path(bag) / (name + ".bag"));
+  for (int i = 2; fs::exists(path) || fs::exists(active(path)); ++i) path.replace_filename(fmt::format("{}_{}.bag", name, i));
+  return path;
 }
 
-BagRecorder::BagRecorder(std::string path, std::string node)
-    : path_(std::move(path)), node_(std::move(node)), bag_(std::make_unique<rosbag::Bag>()) {
+BagRecorder::BagRecorder(std::string path, std::string node, files::Existing existing)
+    : path_(std::move(path)), node_(std::move(node)), existing_(existing), bag_(std::make_unique<rosbag::Bag>()) {
+  struct stat status;
+  if (stat(path_.c_str(), &status) == 0) {
+    if (!S_ISREG(status.st_mode)) throw std::runtime_error(path_ + ": is not a file; a bag needs one");
+    if (existing_ == files::Existing::refuse) throw files::ExistsError(path_ + ": exists already and is not overwritten");
+  }
+  const std::string name = active(path_);
+  lock_ = open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  const bool there = lock_ < 0 && errno == EEXIST;
+  if (there) lock_ = open(name.c_str(), O_RDWR | O_CLOEXEC);
+  if (lock_ < 0) throw std::runtime_error(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
+  if (flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    unlock();
+    throw std::runtime_error(name + ": another process is recording it");
+  }
+  struct stat locked, named;
+  if (fstat(lock_, &locked) != 0 || stat(name.c_str(), &named) != 0 || locked.st_ino != named.st_ino) {
+    unlock();
+    throw std::runtime_error(name + ": another process has just finished it");
+  }
+  if (there && existing_ == files::Existing::refuse) {
+    unlock();
+    throw files::ExistsError(name + ": exists already, from a recording that was cut off; `rosbag reindex` makes it whole");
+  }
   try {
-    bag_->open(active(path_), rosbag::bagmode::Write);
+    bag_->open(name, rosbag::bagmode::Write);
     bag_->setCompression(rosbag::compression::LZ4);
   } catch (const std::exception& e) {
+    unlock();
     throw std::runtime_error(path_ + ": cannot be written: " + e.what());
   }
+}
+
+void BagRecorder::unlock() {
+  if (lock_ >= 0) ::close(lock_);
+  lock_ = -1;
 }
 
 void BagRecorder::close() {
@@ -38,14 +77,27 @@ void BagRecorder::close() {
   try {
     bag_->close();
     bag_.reset();
-    fs::rename(active(path_), path_);
+    if (fsync(lock_) != 0) throw std::runtime_error(std::strerror(errno));
+    files::move_into_place(active(path_), path_, existing_);
+    unlock();
   } catch (const std::exception& e) {
     fail(e.what());
   }
 }
 
+void BagRecorder::discard() {
+  try {
+    if (bag_) bag_->close();
+    bag_.reset();
+  } catch (const std::exception& e) {
+    fail(e.what());
+  }
+  unlink(active(path_).c_str());
+  unlock();
+}
+
 void BagRecorder::fail(const std::string& what) {
-  error_ = path_ + ": could not be written whole: " + what;
+  error_ = path_ + ": could not be written whole: " + what + "; what there is: " + active(path_);
   // The destructor of a bag that cannot be closed would throw, and end the process: it is left open instead.
   static_cast<void>(bag_.release());
 }

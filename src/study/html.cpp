@@ -12,6 +12,8 @@
 
 #include <fmt/format.h>
 
+#include "train_derail/files/recognise.hpp"
+
 namespace train_derail::study::html {
 
 namespace fs = std::filesystem;
@@ -163,8 +165,8 @@ std::string figure(const std::string& path) {
 
 std::string page(const std::string& title, const std::string& body) {
   return fmt::format("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\" />\n<title>{}</title>\n"
-                     "<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
-                     escape(title), kStyle, body);
+                     "{}\n<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+                     escape(title), files::kReportMark, kStyle, body);
 }
 
 }  // namespace train_derail::study::html

@@ -3,6 +3,7 @@
 // physics. Simbody stays in a module of its own.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -54,9 +55,10 @@ class Engine {
   Engine& operator=(Engine&&) noexcept;
 
   /// Runs on to simulated time t [s], or to the end of the run if that comes first. A t in the past does nothing.
-  void advance(double t);
+  /// Returns soon once `stop` is set, short of t.
+  void advance(double t, const std::atomic<bool>* stop = nullptr);
   /// Runs to the end.
-  void run();
+  void run(const std::atomic<bool>* stop = nullptr);
 
   double time() const;  // s
   bool ended() const;

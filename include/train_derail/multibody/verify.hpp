@@ -1,6 +1,7 @@
 // The purpose-built model against the multibody engine, with a verdict: docs/verification.md.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <string>
 #include <vector>
@@ -92,17 +93,21 @@ struct Verification {
 };
 
 /// `on_progress(done, what)` with done in [0, 1], from any thread, one call at a time.
+/// Once `stop` is set it returns soon, and what it returns is of no use.
 /// Throws inputs::InputError, also if the run may not last as long as criteria.early, and std::runtime_error if this
 /// build has no engine.
 Verification verify(const inputs::Scenario& scenario, const VerifyOptions& options,
-                    const std::function<void(double, const std::string&)>& on_progress);
+                    const std::function<void(double, const std::string&)>& on_progress,
+                    const std::atomic<bool>* stop = nullptr);
 
 /// Both engines from the same start, point by point, for `follow` seconds at most; the first `judged` seconds count.
-PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options, double follow, double judged);
+PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options, double follow, double judged,
+                  const std::atomic<bool>* stop = nullptr);
 
 /// The two ensembles.
 Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions& options,
-                           const std::function<void(double, const std::string&)>& on_progress);
+                           const std::function<void(double, const std::string&)>& on_progress,
+                           const std::atomic<bool>* stop = nullptr);
 
 std::string to_table(const Verification& v);
 /// SI units; the samples of the ensembles included.

@@ -7,20 +7,26 @@
 
 #include <rosbag/bag.h>
 
+#include "train_derail/files/output_file.hpp"
 #include "train_derail/ros/message_sink.hpp"
 
 namespace train_derail::ros_face {
 
-/// Writes PATH.active, which becomes PATH when it is closed. All topics but /clock, which `rosbag play --clock` makes;
-/// received at their stamps, latched as the node latches them. A disk that is full ends the recording, not the run.
+/// Writes PATH.active, which becomes PATH when it is closed and is locked till then. All topics but /clock, which
+/// `rosbag play --clock` makes; received at their stamps, latched as the node latches them. A disk that is full ends the
+/// recording, not the run.
+///
+/// Nothing that exists is written over, PATH or PATH.active: after a kill `rosbag reindex` makes the latter whole.
 class BagRecorder : public MessageSink {
  public:
   /// `node`: name of the node whose topics these are, e.g. "/train_derail". Throws std::runtime_error that names the
-  /// file if it cannot be opened.
-  BagRecorder(std::string path, std::string node);
+  /// file if it cannot be opened or is being recorded by another process, files::ExistsError.
+  BagRecorder(std::string path, std::string node, files::Existing existing = files::Existing::refuse);
   ~BagRecorder() override { close(); }
   /// Makes the bag whole. Afterwards error() says whether it is.
   void close();
+  /// Removes what has been recorded. Not after close().
+  void discard();
   /// What has gone wrong first, with the file; empty if nothing. Nothing more is written then.
   const std::string& error() const { return error_; }
   const std::string& path() const { return path_; }
@@ -43,14 +49,18 @@ class BagRecorder : public MessageSink {
   template <class Message>
   void write(const std::string& topic, const Message& message, const ::ros::Time& stamp, bool latch = true);
 
+  void unlock();
+
   const std::string path_, node_;
+  const files::Existing existing_;
+  int lock_ = -1;  // descriptor of PATH.active
   std::unique_ptr<rosbag::Bag> bag_;  // none once closed
   std::string error_;
   ::ros::Time now_;  // stamp of the last grid point
   std::map<std::string, boost::shared_ptr<::ros::M_string>> connections_;  // one header object a topic
 };
 
-/// `bag`: a file, or a folder, in which a file named by date and time of day is meant.
+/// `bag`: a file, or a folder, in which a new file named by date and time of day is meant.
 std::string bag_path(const std::string& bag);
 
 }  // namespace train_derail::ros_face

@@ -1,0 +1,175 @@
+#include "train_derail/files/recognise.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <sstream>
+#include <string_view>
+
+namespace train_derail::files {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kLooked = 1 << 16;
+
+struct Start {
+  std::string_view bytes;
+  const char* what;
+  const char* hint;
+};
+constexpr std::array<Start, 9> kStarts{{{"#ROSBAG", "a bag of messages", "rosbag play takes it"},
+                                        {"\x89PNG", "a picture", ""},
+                                        {"\xff\xd8\xff", "a picture", ""},
+                                        {"%PDF", "a PDF", ""},
+                                        {"\x1f\x8b", "a compressed file", ""},
+                                        {"PK\x03\x04", "a compressed file", ""},
+                                        {"BZh", "a compressed file", ""},
+                                        {"\xfd" "7zXZ", "a compressed file", ""},
+                                        {"\x7f" "ELF", "a program", ""}}};
+
+/// Tables that this program writes and reads, by names of columns that no other has.
+struct Columns {
+  Kind kind;
+  const char* what;
+  const char* hint;
+  std::array<const char*, 2> names;
+};
+constexpr std::array<Columns, 9> kTables{{
+    {Kind::other, "a table of predicted accidents", "plot_validate.py takes its folder", {"cars_derailed", "predicted_median"}},
+    {Kind::accidents, "a table of accidents", "derail validate takes it", {"speed_mph", "cars_derailed"}},
+    {Kind::accidents, "a table of reports of accidents (form 6180.54)", "derail validate takes it", {"INCDTNO", "TRNSPD"}},
+    {Kind::other, "a table of the runs of a study", "derail report takes its folder", {"run", "replicate"}},
+    {Kind::other, "a table of the runs of a validation", "plot_validate.py takes its folder", {"member", "derailed_locomotives"}},
+    {Kind::other, "a table of the summary of a study", "derail report takes its folder", {"point", "median"}},
+    {Kind::other, "a table of the states of a run", "plot_run.py takes it", {"time_s", "car"}},
+    {Kind::other, "a table of the incidents of a run", "", {"time_s", "what"}},
+    {Kind::other, "a table of the differences of a verification", "plot_verify.py takes its folder", {"time_s", "position_m"}},
+}};
+
+bool has(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return out;
+}
+
+/// The first line that says anything.
+std::string first_line(const std::string& text) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const auto first = line.find_first_not_of(" \t\r\xef\xbb\xbf");
+    if (first != std::string::npos && line[first] != '#' && line.compare(first, 3, "---") != 0) return line.substr(first);
+  }
+  return "";
+}
+
+Recognised table(const std::string& line) {
+  std::string fields = ",";  // without quotes: ",time_s,car,"
+  for (const char c : line) {
+    if (c != '"' && c != '\r') fields += c;
+  }
+  fields += ',';
+  const auto column = [&](const char* name) { return has(fields, std::string(",") + name + ","); };
+  for (const Columns& t : kTables) {
+    if (column(t.names[0]) && column(t.names[1])) return {t.kind, t.what, t.hint};
+  }
+  return {Kind::other, "a table (CSV)", ""};
+}
+
+/// Keys at the left margin.
+bool key(const std::string& text, std::string_view name) {
+  for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
+    const std::size_t end = at + name.size();
+    if ((at == 0 || text[at - 1] == '\n') && end < text.size() && text[end] == ':') return true;
+  }
+  return false;
+}
+
+Recognised document(const std::string& text) {
+  const std::string line = first_line(text);
+  if (line.empty()) {
+    if (text.size() == kLooked) return {};  // it may come
+    return {Kind::other, text.empty() ? "an empty file" : "a file without content", ""};
+  }
+  const std::string start = lower(line.substr(0, 15));
+  if (start.compare(0, 9, "<!doctype") == 0 || start.compare(0, 5, "<html") == 0) {
+    return {Kind::other, has(text, kReportMark) ? kReport : "a page of HTML", ""};
+  }
+  if (start.compare(0, 7, "<launch") == 0) return {Kind::other, "a launch file", "roslaunch takes it"};
+  if (start[0] == '<') return {Kind::other, "a file of XML", ""};
+  if (line[0] == '{') {
+    if (has(text, "\"cars_past_pod\"")) return {Kind::other, "a file of the outcome of a run (JSON)", ""};
+    if (has(text, "\"plan\"")) return {Kind::other, "a description of a study's results (JSON)", "derail report takes its folder"};
+    if (has(text, "\"interval\"") && has(text, "\"table\"")) {
+      return {Kind::other, "a file of the scores of a validation (JSON)", "plot_validate.py takes its folder"};
+    }
+    return {};
+  }
+  // No line of YAML that a scenario starts with has commas and no colon.
+  const auto colon = line.find(':');
+  if (std::count(line.begin(), line.end(), ',') >= 2 && colon == std::string::npos) return table(line);
+  if (key(text, "consist")) return {Kind::scenario, "a scenario", "derail run takes it"};
+  if (key(text, "scenario") && (key(text, "factors") || key(text, "plan") || key(text, "replicates") || key(text, "outcomes"))) {
+    return {Kind::study, "a study", "derail study takes it"};
+  }
+  return {};
+}
+
+Recognised folder(const fs::path& path) {
+  const auto there = [&](const char* name) {
+    std::error_code error;
+    return fs::exists(path / name, error);
+  };
+  if (there("rows.csv") || there("validation.json")) {
+    return {Kind::validation_results, "a folder with results of a validation", "plot_validate.py draws them"};
+  }
+  if (there("verify.json")) {
+    return {Kind::verification_results, "a folder with results of a verification", "plot_verify.py draws them"};
+  }
+  // The journal of a validation that was stopped is described by its study too.
+  if (there("study.json")) {
+    std::ifstream file(path / "study.json");
+    std::string text(kLooked, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (has(text, "\"of each row\"")) {
+      return {Kind::validation_results, "a folder with results of a validation that was stopped",
+              "derail validate --resume goes on"};
+    }
+    if (!there("runs.csv")) {
+      return {Kind::study_results, "a folder with results of a study that was stopped, or a shard",
+              "derail study --resume goes on, derail merge joins shards"};
+    }
+    return {Kind::study_results, "a folder with results of a study", "derail report takes it"};
+  }
+  return {Kind::other, "a folder without results", ""};
+}
+
+}  // namespace
+
+Recognised recognise(const std::string& path) {
+  if (path == "-") return {Kind::other, "standard input", "a file is needed"};
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (error || !fs::exists(status)) return {};
+  if (fs::is_directory(status)) return folder(path);
+  if (fs::is_fifo(status) || fs::is_socket(status)) return {Kind::other, "a pipe", "a file is needed"};
+  if (!fs::is_regular_file(status)) return {Kind::other, "a device", "a file is needed"};
+  std::ifstream file(path, std::ios::binary);
+  std::string text(kLooked, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad() || (!file && !file.eof())) return {};
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  for (const Start& s : kStarts) {
+    if (text.compare(0, s.bytes.size(), s.bytes) == 0) return {Kind::other, s.what, s.hint};
+  }
+  if (has(text, std::string_view("\0", 1))) return {Kind::other, "a binary file", ""};
+  return document(text);
+}
+
+}  // namespace train_derail::files
