@@ -110,7 +110,7 @@ class Outputs {
  private:
   void open(const std::optional<std::string>& path, std::optional<files::OutputFile>& file) {
     if (!path) return;
-    file.emplace(*path, existing_);
+    file.emplace(*path, existing_, &apps::stop);
     paths_.push_back(*path);
   }
 

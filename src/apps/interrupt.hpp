@@ -15,7 +15,7 @@ inline std::atomic<bool> stop{false};  // written by the signal handler, hence h
 inline void stop_on_signals() {
   struct sigaction action = {};
   action.sa_handler = [](int) { stop = true; };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // no SA_RESTART: a write to a pipe that nobody reads ends
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   std::signal(SIGPIPE, SIG_IGN);  // of a pipe whose reader has gone: an error of that file

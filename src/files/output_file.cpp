@@ -2,14 +2,18 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
+#include <climits>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -63,7 +67,10 @@ class Descriptor {
 /// Writes to a descriptor and remembers why it could not.
 class Buffer : public std::streambuf {
  public:
-  explicit Buffer(int fd) : fd_(fd) { setp(space_.data(), space_.data() + space_.size()); }
+  /// A write to a pipe (`waits`) that its reader does not take is given up some time after `stop` has been set.
+  Buffer(int fd, bool waits, const std::atomic<bool>* stop) : fd_(fd), stop_(waits ? stop : nullptr) {
+    setp(space_.data(), space_.data() + space_.size());
+  }
   int error() const { return error_; }
 
  protected:
@@ -74,16 +81,29 @@ class Buffer : public std::streambuf {
   }
   int sync() override {
     for (const char* from = pbase(); error_ == 0 && from < pptr();) {
-      const ssize_t written = ::write(fd_, from, static_cast<std::size_t>(pptr() - from));
+      const ssize_t written = write_some(from, static_cast<std::size_t>(pptr() - from));
       if (written > 0) from += written;
-      else error_ = written < 0 ? errno : EIO;  // EINTR too: who waits for a reader and is told to end, ends
+      else if (written == 0 || errno != EINTR) error_ = written == 0 ? EIO : errno;
     }
     setp(space_.data(), space_.data() + space_.size());
     return error_ == 0 ? 0 : -1;
   }
 
  private:
+  ssize_t write_some(const char* from, std::size_t size) const {
+    if (stop_ == nullptr) return ::write(fd_, from, size);
+    for (auto patience = kReaderWait; patience.count() > 0;) {
+      pollfd ready{fd_, POLLOUT, 0};
+      const bool room = poll(&ready, 1, static_cast<int>(kReaderPoll.count())) == 1;
+      if (room) return ::write(fd_, from, std::min<std::size_t>(size, PIPE_BUF));
+      if (*stop_) patience -= kReaderPoll;
+    }
+    errno = ETIMEDOUT;
+    return -1;
+  }
+
   const int fd_;
+  const std::atomic<bool>* const stop_;
   int error_ = 0;
   std::array<char, 1 << 16> space_;
 };
@@ -265,11 +285,11 @@ struct OutputFile::Impl {
   }
 };
 
-OutputFile::OutputFile(std::string path, Existing existing) : impl_(std::make_unique<Impl>()) {
+OutputFile::OutputFile(std::string path, Existing existing, const std::atomic<bool>* stop) : impl_(std::make_unique<Impl>()) {
   impl_->path = std::move(path);
   impl_->existing = existing;
   impl_->open();
-  impl_->buffer = std::make_unique<Buffer>(impl_->file.get());
+  impl_->buffer = std::make_unique<Buffer>(impl_->file.get(), impl_->target.empty(), stop);
   impl_->stream = std::make_unique<std::ostream>(impl_->buffer.get());
 }
 

@@ -105,7 +105,7 @@ Recognised document(const std::string& text) {
   if (start[0] == '<') return {Kind::other, "a file of XML", ""};
   if (line[0] == '{') {
     if (has(text, "\"cars_past_pod\"")) return {Kind::other, "a file of the outcome of a run (JSON)", ""};
-    if (has(text, "\"plan\"")) return {Kind::other, "a description of a study's results (JSON)", "derail report takes its folder"};
+    if (has(text, "\"plan\"")) return {Kind::other, "a description of a study (JSON)", "derail report takes its folder"};
     if (has(text, "\"interval\"") && has(text, "\"table\"")) {
       return {Kind::other, "a file of the scores of a validation (JSON)", "plot_validate.py takes its folder"};
     }

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <ostream>
 #include <stdexcept>
 #include <vector>
@@ -18,6 +19,7 @@
 #include <nlohmann/json.hpp>
 
 #include "study/csv.hpp"
+#include "train_derail/files/output_file.hpp"
 #include "train_derail/outcome/quantities.hpp"
 #include "train_derail/outcome/report.hpp"
 
@@ -54,6 +56,12 @@ std::string journal_name(const Shard& s) {
 
 bool is_journal(const fs::path& path) {
   return path.extension() == ".csv" && path.filename().string().compare(0, 8, "journal.") == 0;
+}
+
+/// Names of results, of studies and validations.
+bool would_be_written(const fs::path& path) {
+  constexpr const char* kNames[] = {"runs.csv", "summary.csv", "sobol.csv", "about.json", "rows.csv", "members.csv", "validation.json"};
+  return is_journal(path) || std::find(std::begin(kNames), std::end(kNames), path.filename()) != std::end(kNames);
 }
 
 /// Calls use(index, place, line) for every whole row of a journal, `place` being where in the file the line starts;
@@ -93,17 +101,9 @@ void write_all(int file, const std::string& path, const std::string& text) {
 /// Calls write(stream) on a new file that takes the place of `path` when it is whole.
 template <class Write>
 void write_file(const std::string& path, Write write) {
-  // Shards of one study may write the same file at the same time, from several machines.
-  char host[256] = "";
-  gethostname(host, sizeof host - 1);
-  const std::string fresh = fmt::format("{}.new.{}.{}", path, host, getpid());
-  {
-    std::ofstream file(fresh, std::ios::binary);
-    write(file);
-    file.close();
-    if (!file) fail(fresh, "cannot be written");
-  }
-  fs::rename(fresh, path);
+  files::OutputFile file(path, files::Existing::replace);  // of a folder that has been claimed
+  write(file.stream());
+  file.commit();
 }
 
 std::string first_difference(const nlohmann::json& was, const nlohmann::json& is) {
@@ -132,8 +132,8 @@ void claim_folder(const std::string& folder, const std::string& now) {
   if (!fs::exists(file)) {
     for (const auto& entry : fs::directory_iterator(folder)) {
       // Looked for again: another shard may have begun in the meantime.
-      if (is_journal(entry.path()) && !fs::exists(file)) {
-        fail(folder, "holds a journal but no study.json: not a folder of this program");
+      if (would_be_written(entry.path()) && !fs::exists(file)) {
+        fail(folder, "holds " + entry.path().filename().string() + " but no study.json: not a folder of this program");
       }
     }
     write_file(file.string(), [&](std::ostream& out) { out << now << "\n"; });

@@ -1,17 +1,12 @@
 // The command line as a user meets it: a real process, its exit code, what it prints and leaves behind.
-#include <sys/wait.h>
-
-#include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "command_line.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
@@ -19,37 +14,12 @@ namespace train_derail {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Cli;
+using test::derail;
+using test::Result;
 
 const std::string kSource = TRAIN_DERAIL_SOURCE_DIR;
 const std::string kBaseline = kSource + "/config/baseline.yaml";
-
-struct Result {
-  int code = -1;
-  std::string out;
-};
-
-/// Runs `derail` with arguments for the shell; standard error joins standard output if `errors`.
-Result derail(const std::string& arguments, bool errors = true) {
-  Result result;
-  const std::string command = std::string(TRAIN_DERAIL_CLI) + " " + arguments + (errors ? " 2>&1" : " 2>/dev/null");
-  FILE* pipe = popen(command.c_str(), "r");
-  std::array<char, 4096> buffer;
-  for (std::size_t n; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) result.out.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  result.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return result;
-}
-
-class Cli : public ::testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "derail_cli_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  fs::path folder_;
-};
 
 const std::string kShort = " --set \"consist[0].count=5\" --set \"stop.time_max=1 s\"";
 

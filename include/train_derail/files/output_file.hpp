@@ -1,6 +1,7 @@
 // Files that are written whole or not at all, and over nothing that was there.
 #pragma once
 
+#include <atomic>
 #include <iosfwd>
 #include <memory>
 #include <stdexcept>
@@ -27,7 +28,8 @@ struct ExistsError : std::runtime_error {
 class OutputFile {
  public:
   /// Opens: an unwritable path is said before anything is computed. `-` is standard output. Throws ExistsError.
-  explicit OutputFile(std::string path, Existing existing = Existing::refuse);
+  /// Once `stop` is set, a pipe that is not read is waited for no longer than a second.
+  explicit OutputFile(std::string path, Existing existing = Existing::refuse, const std::atomic<bool>* stop = nullptr);
   /// Nothing remains unless commit() has returned.
   ~OutputFile();
   OutputFile(OutputFile&&) noexcept;

@@ -1,0 +1,293 @@
+// What commands do with paths: nothing is written over, nothing is left half, wrong files are told by name.
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <thread>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "command_line.hpp"
+
+namespace train_derail {
+namespace {
+
+namespace fs = std::filesystem;
+using test::derail;
+using test::Result;
+
+const std::string kSource = TRAIN_DERAIL_SOURCE_DIR;
+const std::string kBaseline = kSource + "/config/baseline.yaml";
+const std::string kStudy = kSource + "/config/studies/monte_carlo.yaml";
+const std::string kAccidents = kSource + "/config/accidents/example.csv";
+const std::string kShort = " --set \"consist[0].count=5\" --set \"stop.time_max=1 s\"";
+
+std::string content(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+class CliFiles : public test::Cli {
+ protected:
+  void SetUp() override {
+    Cli::SetUp();
+    fs::copy_file(kBaseline, at("train.yaml"));
+  }
+  void put(const std::string& name, const std::string& text) const { std::ofstream(at(name), std::ios::binary) << text; }
+  std::ptrdiff_t count() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
+};
+
+/// A running `derail`; its standard error goes into a file.
+class Running {
+ public:
+  Running(const std::vector<std::string>& arguments, const std::string& errors) {
+    std::vector<char*> argv;
+    static std::string program = TRAIN_DERAIL_CLI;
+    argv.push_back(program.data());
+    for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+    argv.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
+      dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
+      execv(program.c_str(), argv.data());
+      _exit(127);
+    }
+  }
+  void signal(int number) const { kill(pid_, number); }
+  /// Of its end, which has to come within a minute.
+  int code() {
+    int status = -1;
+    const auto start = std::chrono::steady_clock::now();
+    while (waitpid(pid_, &status, WNOHANG) == 0) {
+      if (std::chrono::steady_clock::now() - start > std::chrono::minutes(1)) return -1;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  ~Running() {
+    if (pid_ < 0) return;
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+ private:
+  pid_t pid_ = -1;
+};
+
+TEST_F(CliFiles, WhatExistsIsWrittenOverOnlyByForce) {
+  const std::string names = " --csv " + at("a.csv") + " --json " + at("o.json") + " --incidents " + at("i.csv");
+  put("i.csv", "mine");
+  const Result refused = derail("run " + at("train.yaml") + kShort + names);
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_EQ(refused.out, "derail: " + at("i.csv") + ": exists already and is not overwritten; --force replaces it\n");
+  EXPECT_EQ(content(at("i.csv")), "mine");
+  EXPECT_FALSE(fs::exists(at("a.csv")));
+  EXPECT_EQ(derail("run --force " + at("train.yaml") + kShort + names).code, 0);
+  EXPECT_EQ(content(at("i.csv")).substr(0, 7), "time_s,");
+  EXPECT_EQ(count(), 4);
+}
+
+TEST_F(CliFiles, OutputsAreNeitherInputsNorEachOther) {
+  const std::string before = content(at("train.yaml"));
+  fs::create_symlink(at("train.yaml"), at("link"));
+  for (const std::string& option : {"--csv ", "--json ", "--incidents ", "--bag "}) {
+    for (const char* name : {"train.yaml", "link", "./train.yaml"}) {
+      const Result r = derail("run --force " + at("train.yaml") + kShort + " " + option + at(name));
+      EXPECT_EQ(r.code, 2) << r.out;
+      EXPECT_NE(r.out.find("is FILE too"), std::string::npos) << r.out;
+    }
+  }
+  const Result twice = derail("run " + at("train.yaml") + kShort + " --csv " + at("new") + " --json " + at("./new"));
+  EXPECT_EQ(twice.code, 2);
+  EXPECT_NE(twice.out.find("is --csv too"), std::string::npos) << twice.out;
+  EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --csv - --json -").code, 2);
+  EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --csv ''").code, 2);
+  EXPECT_EQ(derail("verify --force " + at("train.yaml") + " --json " + at("train.yaml")).code == 0, false);
+  EXPECT_EQ(content(at("train.yaml")), before);
+  EXPECT_EQ(count(), 2);
+}
+
+TEST_F(CliFiles, StandardOutputIsAFileLikeOthers) {
+  const Result csv = derail("run " + at("train.yaml") + kShort + " --csv -", false);
+  EXPECT_EQ(csv.code, 0);
+  EXPECT_EQ(csv.out.substr(0, 11), "time_s,car,");
+  EXPECT_EQ(csv.out.find("energy at the start"), std::string::npos) << "a table among the rows";
+  EXPECT_EQ(derail("run --quiet " + at("train.yaml") + kShort + " --csv /dev/stdout | cat", false).out, csv.out);
+  derail("run --quiet " + at("train.yaml") + kShort + " --csv /dev/stdout > " + at("a.csv"), false);
+  EXPECT_EQ(content(at("a.csv")), csv.out);
+}
+
+TEST_F(CliFiles, AFullDeviceIsToldByEveryCommand) {
+  for (const std::string& command :
+       {std::string("--version"), std::string("--help"), std::string("keys"), std::string("run --help"),
+        "check " + at("train.yaml"), "run " + at("train.yaml") + kShort, "run " + at("train.yaml") + kShort + " --json -"}) {
+    for (const char* where : {" > /dev/full", " >&-"}) {
+      const Result r = derail(command + where, false);
+      EXPECT_EQ(r.code, 1) << command << where;
+    }
+  }
+  // A stream that is closed does not lend its number to a file.
+  EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --csv " + at("a.csv") + " >&-", false).code, 1);
+  EXPECT_EQ(content(at("a.csv")).find("energy at the start"), std::string::npos);
+}
+
+TEST_F(CliFiles, WrongFilesAreToldByName) {
+  put("empty", "");
+  put("blank", "\n# nothing\n\n");
+  put("bin", std::string("\0\1\2\3", 4));
+  put("bag.bag", "#ROSBAG V2.0\n");
+  put("page.html", "<!DOCTYPE html>\n<html>");
+  put("sim.launch", "<launch>\n</launch>");
+  ASSERT_EQ(mkfifo(at("pipe").c_str(), 0600), 0);
+  fs::create_directory(at("folder"));
+  const std::string outputs = " --csv " + at("states.csv") + " --incidents " + at("incidents.csv") + " --json " + at("outcome.json");
+  ASSERT_EQ(derail("run " + at("train.yaml") + kShort + outputs).code, 0);
+  put("huge.csv", "a,b,c\n" + std::string(2000000, 'x'));
+  const std::ptrdiff_t files = count();
+  const std::string study = " --study " + kStudy;
+  const std::vector<std::pair<std::string, std::string>> wrong{
+      {"run " + kStudy, "is a study (derail study takes it); allowed: a scenario"},
+      {"check " + kStudy, "is a study"},
+      {"verify " + kStudy, ""},
+      {"run " + kAccidents, "is a table of accidents (derail validate takes it)"},
+      {"run " + at("states.csv"), "is a table of the states of a run (plot_run.py takes it)"},
+      {"run " + at("incidents.csv"), "is a table of the incidents of a run"},
+      {"run " + at("outcome.json"), "is a file of the outcome of a run (JSON)"},
+      {"run " + at("huge.csv"), "is a table (CSV)"},
+      {"run " + at("folder"), "is a folder without results"},
+      {"run -", "is standard input"},
+      {"run " + at("empty"), "is an empty file"},
+      {"run " + at("blank"), "is a file without content"},
+      {"run " + at("bin"), "is a binary file"},
+      {"run " + at("bag.bag"), "is a bag of messages"},
+      {"run " + at("page.html"), "is a page of HTML"},
+      {"run " + at("sim.launch"), "is a launch file (roslaunch takes it)"},
+      {"run " + at("pipe"), "is a pipe"},
+      {"run /dev/zero", "is a device"},
+      {"study " + at("train.yaml"), "is a scenario (derail run takes it); allowed: a study"},
+      {"study " + at("states.csv"), "allowed: a study"},
+      {"merge " + at("train.yaml"), "is a scenario"},
+      {"merge " + kStudy + " " + at("folder"), "is a folder without results; allowed: a folder with the results of derail study"},
+      {"merge " + kStudy + " " + at("none"), "does not exist"},
+      {"report " + at("folder"), "is a folder without results"},
+      {"report " + at("none"), "does not exist"},
+      {"report " + at("states.csv"), "is a table of the states of a run"},
+      {"report -", "is standard input"},
+      {"validate " + at("train.yaml") + study, "is a scenario (derail run takes it); allowed: a table of accidents"},
+      {"validate " + at("folder") + study, "is a folder"},
+      {"validate " + kAccidents + " --study " + at("train.yaml"), "is a scenario (derail run takes it); allowed: a study"},
+      {"fly " + at("train.yaml"), "'fly' is no command; commands: run, check, keys, study, merge, report, validate, verify"},
+      {"run " + at("train.yaml") + " --fast", "--fast"},
+      {"", "subcommand is required"}};
+  for (const auto& [command, said] : wrong) {
+    const Result r = derail("" + command);
+    if (command.compare(0, 6, "verify") == 0 && r.code == 1) continue;  // a build without the engine
+    EXPECT_EQ(r.code, 2) << command;
+    EXPECT_NE(r.out.find(said), std::string::npos) << command << ": " << r.out;
+    EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 1) << r.out;
+    EXPECT_LT(r.out.size(), 400U) << command;
+  }
+  EXPECT_EQ(count(), files) << "something has been created";
+}
+
+TEST_F(CliFiles, ResultsOfOthersAreNoStudys) {
+  put("one.study.yaml", "scenario: train.yaml\nfactors:\n  - {key: initial.speed, values: [10 mph]}\nplan: grid\n");
+  for (const char* name : {"runs.csv", "summary.csv", "about.json", "rows.csv", "validation.json"}) {
+    fs::create_directory(at("out"));
+    put(std::string("out/") + name, "mine");
+    const Result r = derail("study " + at("one.study.yaml") + " --set stop.time_max=0.1 --out " + at("out"));
+    EXPECT_EQ(r.code, 1) << r.out;
+    EXPECT_EQ(r.out, "derail: " + at("out") + ": holds " + name + " but no study.json: not a folder of this program\n");
+    EXPECT_EQ(content(at(std::string("out/") + name)), "mine");
+    EXPECT_FALSE(fs::exists(at("out/study.json")));
+    fs::remove_all(at("out"));
+  }
+}
+
+TEST_F(CliFiles, AReportReplacesItselfAlone) {
+  put("one.study.yaml", "scenario: train.yaml\nfactors:\n  - {key: initial.speed, values: [10 mph]}\nplan: grid\n");
+  ASSERT_EQ(derail("study " + at("one.study.yaml") + " --set stop.time_max=0.1 --out " + at("out")).code, 0);
+  EXPECT_EQ(derail("report " + at("out")).code, 0);
+  EXPECT_EQ(derail("report " + at("out")).code, 0) << "a page of its own";
+  put("page.html", "<html>mine</html>");
+  EXPECT_EQ(derail("report " + at("out") + " --out " + at("page.html")).code, 1);
+  EXPECT_EQ(content(at("page.html")), "<html>mine</html>");
+  const std::string before = content(at("out/runs.csv"));
+  EXPECT_EQ(derail("report --force " + at("out") + " --out " + at("out/runs.csv")).code, 2);
+  EXPECT_EQ(content(at("out/runs.csv")), before);
+  EXPECT_EQ(derail("run " + at("out")).code, 2);
+}
+
+// The pipe holds the run up until the signal has been sent.
+TEST_F(CliFiles, InterruptedARunIsWrittenAsFarAsItCame) {
+  for (const int number : {SIGINT, SIGTERM}) {
+    const std::string pipe = at("states"), json = at("o.json"), incidents = at("i.csv");
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    Running run({"run", kBaseline, "--set", "output.interval=1 ms", "--csv", pipe, "--json", json, "--incidents", incidents},
+                      at("errors"));
+    pollfd ready{reader, POLLIN, 0};
+    ASSERT_EQ(poll(&ready, 1, 60000), 1);
+    run.signal(number);
+    fcntl(reader, F_SETFL, 0);
+    std::string states;
+    std::array<char, 4096> buffer;
+    for (ssize_t n; (n = read(reader, buffer.data(), buffer.size())) > 0;) {
+      states.append(buffer.data(), static_cast<std::size_t>(n));
+    }
+    close(reader);
+    EXPECT_EQ(run.code(), 130) << content(at("errors"));
+    EXPECT_EQ(states.back(), '\n');
+    const auto j = nlohmann::json::parse(content(json));
+    EXPECT_EQ(j.at("ended"), "running");
+    EXPECT_EQ(j.at("message"), "interrupted");
+    EXPECT_NE(j.at("warnings").back().get<std::string>().find("interrupted at "), std::string::npos);
+    EXPECT_EQ(content(incidents).substr(0, 7), "time_s,");
+    EXPECT_NE(content(at("errors")).find("written up to there: " + pipe + ", " + incidents + ", " + json), std::string::npos)
+        << content(at("errors"));
+    for (const std::string& name : {pipe, json, incidents}) fs::remove(name);
+  }
+}
+
+TEST_F(CliFiles, APipeThatNobodyReadsOnDoesNotHoldUpTheEnd) {
+  const std::string pipe = at("states");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  Running run({"run", kBaseline, "--set", "output.interval=1 ms", "--csv", pipe, "--json", at("o.json")}, at("errors"));
+  pollfd ready{reader, POLLIN, 0};
+  ASSERT_EQ(poll(&ready, 1, 60000), 1);
+  const auto start = std::chrono::steady_clock::now();
+  run.signal(SIGTERM);
+  EXPECT_EQ(run.code(), 1);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));  // generous; it takes one or two
+  EXPECT_FALSE(fs::exists(at("o.json")));
+  close(reader);
+}
+
+TEST_F(CliFiles, KilledARunLeavesNothing) {
+  const std::string pipe = at("states");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const std::ptrdiff_t before = count();
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  Running run({"run", kBaseline, "--csv", pipe, "--json", at("o.json"), "--incidents", at("i.csv")}, "/dev/null");
+  pollfd ready{reader, POLLIN, 0};
+  ASSERT_EQ(poll(&ready, 1, 60000), 1);
+  run.signal(SIGKILL);
+  EXPECT_EQ(run.code(), 128 + SIGKILL);
+  close(reader);
+  EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --json " + at("next.json")).code, 0);
+  EXPECT_EQ(count(), before + 1);
+}
+
+}  // namespace
+}  // namespace train_derail
