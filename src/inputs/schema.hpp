@@ -225,6 +225,7 @@ void describe_solver(V& v, S& s) {
   v.number("atol", s.atol, {"1", "", above_up_to(0, 0.1)}, "Absolute tolerance of the local error in m, rad, m/s, rad/s.");
   v.number("fixed_step", s.fixed_step, {"s", "", above_up_to(0, 1)}, "This step instead of error control; not for bdf; semi_implicit must have it.");
   v.integer("steps_max", s.steps_max, between(1, 9007199254740992.0), false, "More steps are taken for a failure.");
+  v.number("wall_time_max", s.wall_time_max, {"s", "", above_or_infinite(0)}, "More computing than this, by the clock on the wall, is taken for a failure.");
 }
 
 template <class V, class S>

@@ -61,8 +61,9 @@ struct ExtendedKernels {
   void (*turn)(const ExtendedArrays&, const double* angle);
   /// Places of the trucks: px, py, one a truck [m].
   void (*places)(const ExtendedArrays&, const double* y, double* px, double* py);
-  /// Counts up `overloaded` (truck [s]) as in overloaded_time; whether any truck has been overloaded for too long.
-  bool (*overload)(const ExtendedArrays&, double h, double* overloaded);
+  /// Counts up `overloaded` (truck [s]) as in overloaded_time, from the lateral forces `before` (truck) to those in the arrays; whether
+  /// any truck has been overloaded for too long.
+  bool (*overload)(const ExtendedArrays&, double h, const double* before, double* overloaded);
 };
 
 extern const ExtendedKernels kExtendedPlain, kExtendedAvx2, kExtendedAvx512;

@@ -226,19 +226,20 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] bool overload(const ExtendedArrays& a, double h, double* overloaded) {
+[[gnu::flatten]] bool overload(const ExtendedArrays& a, double h, const double* before, double* overloaded) {
   using L = Lanes<B>;
   const std::ptrdiff_t trucks = 2 * a.cars;
   std::ptrdiff_t i = 0;
   B longest(0.0);
   for (; i + L::count <= trucks; i += L::count) {
-    const B time = overloaded_time<B>(*a.rails, L::load(a.lateral + i), L::load(a.load + i), h, L::load(overloaded + i));
+    const B time = overloaded_time<B>(*a.rails, L::load(before + i), L::load(a.lateral + i), L::load(a.load + i), h,
+                                      L::load(overloaded + i));
     L::store(time, overloaded + i);
     longest = select(time > longest, time, longest);
   }
   bool yields = L::max(longest) > a.rails->derail_time;
   for (; i < trucks; ++i) {  // not twice: it counts
-    overloaded[i] = overloaded_time<double>(*a.rails, a.lateral[i], a.load[i], h, overloaded[i]);
+    overloaded[i] = overloaded_time<double>(*a.rails, before[i], a.lateral[i], a.load[i], h, overloaded[i]);
     yields = yields || overloaded[i] > a.rails->derail_time;
   }
   return yields;

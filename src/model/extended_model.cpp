@@ -104,7 +104,7 @@ ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string
     *a = ArrayX::Zero(n);
   }
   for (auto* a : {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &truck_x_, &truck_y_,
-                  &brake_, &lateral_}) {
+                  &brake_, &lateral_, &lateral_before_}) {
     *a = ArrayX::Zero(2 * n);
   }
   for (auto* a : {&on_track_, &tangent_x_, &patch_}) *a = ArrayX::Ones(2 * n);
@@ -200,6 +200,9 @@ void ExtendedModel::start(const double* y) {
     }
   }
   locate();
+  find_standing();
+  find_forces(0.0, y);
+  note_peaks(0.0);
 }
 
 void ExtendedModel::locate() {
@@ -242,10 +245,9 @@ TrackPlace ExtendedModel::track_place(Eigen::Index car, const Vector2& point) co
   return {s, (point - n.point).dot(Vector2(-n.tangent.y(), n.tangent.x())), n.tangent};
 }
 
-void ExtendedModel::accelerations(double t, double h, const double* y, double* result) {
-  const Eigen::Index n = car_count();
+void ExtendedModel::find_forces(double t, const double* y) {
   if (brakes_.law == inputs::BrakeLaw::air) {
-    brake(brakes_, t, n, brake_ratio_.data(), signal_.data(), along_.data());
+    brake(brakes_, t, car_count(), brake_ratio_.data(), signal_.data(), along_.data());
   } else {
     along_ = ground_.on_track_friction;
   }
@@ -254,6 +256,13 @@ void ExtendedModel::accelerations(double t, double h, const double* y, double* r
   draft_ = peaks.draft;
   cos_swing_least_ = peaks.cos_swing;
   end_moment_largest_ = peaks.end_moment;
+  forces_found_ = true;
+}
+
+void ExtendedModel::accelerations(double t, double h, const double* y, double* result) {
+  const Eigen::Index n = car_count();
+  if (!forces_found_) find_forces(t, y);
+  forces_found_ = false;
   if (contacts_) {
     const CarColumns q{y + X * n, y + Y * n, cos_.data(), sin_.data(), y + VX * n, y + VY * n, y + OMEGA * n};
     contacts_->add_forces(t, h, q, {fx_.data(), fy_.data(), moment_.data()}, incidents_);
@@ -279,20 +288,30 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
     spent_.work_impact_normal += c.normal;
     spent_.work_impact_friction += c.friction;
   }
-  note_forces(t, h);
-  break_where_overloaded(t + h, before);
+  note_blockage(h);
+  const auto derailed_before = static_cast<std::ptrdiff_t>(incidents_.derailments.size());
 
   turned_ = motion(y, n).col(THETA) - motion(before, n).col(THETA);
   kernels_->turn(arrays(), turned_.data());
   kernels_->places(arrays(), y, px_.data(), py_.data());
   pass_pod(y);
-  if (rails_on_) leave_rails(t + h, h, y);
+  if (rails_on_) leave_bad_track(t + h, h, y);
   locate();
+  lateral_before_.swap(lateral_);
+  find_forces(t + h, y);
+  // What gives way does so before a force beyond its limit can act: such forces are found anew.
+  const bool broken = break_couplers(t + h, h, before, y);
+  const bool left = rails_on_ && leave_overloaded(t + h, h, y);
+  if (left) locate();
+  if (broken || left) find_forces(t + h, y);
+  note_peaks(t + h);
+  std::stable_sort(incidents_.derailments.begin() + derailed_before, incidents_.derailments.end(),
+                   [](const Derailment& a, const Derailment& b) { return a.time < b.time; });
   work(y, n)[WORK_ON_TRACK] = spent_.work_on_track;
   work(y, n)[WORK_OFF_TRACK] = spent_.work_off_track;
 }
 
-void ExtendedModel::note_forces(double t, double h) {
+void ExtendedModel::note_peaks(double t) {
   if (coupler_count() == 0) return;
   Eigen::Index i = 0;
   if (buff_ > incidents_.buff.force) {
@@ -303,48 +322,91 @@ void ExtendedModel::note_forces(double t, double h) {
     axial_.minCoeff(&i);
     incidents_.draft = {draft_, i, t};
   }
-  if (standing_ > 0) {
-    const double force = std::max(axial_[standing_ - 1], 0.0);
-    incidents_.blockage_impulse += h * force;
-    incidents_.blockage_time += h;
-    incidents_.blockage_peak = std::max(incidents_.blockage_peak, force);
-  }
 }
 
-void ExtendedModel::break_where_overloaded(double t, const double* before) {
-  if (draft_ <= coupler_.break_draft && cos_swing_least_ >= cos_break_ && end_moment_largest_ <= coupler_.break_moment) return;
+void ExtendedModel::note_blockage(double h) {
+  // Once their coupler has broken, the two sides have nothing to do with each other.
+  if (standing_ <= 0 || broken(standing_ - 1)) return;
+  const double force = std::max(axial_[standing_ - 1], 0.0);
+  incidents_.blockage_impulse += h * force;
+  incidents_.blockage_time += h;
+  incidents_.blockage_peak = std::max(incidents_.blockage_peak, force);
+}
+
+bool ExtendedModel::break_couplers(double t, double h, const double* before, const double* y) {
+  if (draft_ <= coupler_.break_draft && cos_swing_least_ >= cos_break_ && end_moment_largest_ <= coupler_.break_moment) return false;
+  std::vector<BrokenCoupler> found;
   for (Eigen::Index i = 0; i < coupler_count(); ++i) {
-    if (broken(i)) continue;
-    if (-axial_[i] > coupler_.break_draft) break_coupler(t, i, BrokenCoupler::By::draft, before);
-    else if (cos_swing_[i] < cos_break_) break_coupler(t, i, BrokenCoupler::By::swing, before);
-    else if (std::abs(end_moment_[i]) > coupler_.break_moment) break_coupler(t, i, BrokenCoupler::By::moment, before);
+    const bool draft = -axial_[i] > coupler_.break_draft, swing = cos_swing_[i] < cos_break_;
+    const bool moment = std::abs(end_moment_[i]) > coupler_.break_moment;
+    if (broken(i) || !(draft || swing || moment)) continue;
+    const CouplerState<double> was = coupler(before, i), is = coupler(y, i);
+    // Everything taken to run linearly through the step: the share of it after which the first limit is reached.
+    double share = 1.0;
+    BrokenCoupler::By by = BrokenCoupler::By::draft;
+    const auto consider = [&](bool beyond, double from, double to, double limit, BrokenCoupler::By what) {
+      const double at = to > from ? std::clamp((limit - from) / (to - from), 0.0, 1.0) : 0.0;
+      if (!beyond || at >= share) return;
+      share = at;
+      by = what;
+    };
+    const auto largest_swing = [](const CouplerState<double>& b) { return std::max(std::abs(b.swing_lead), std::abs(b.swing_trail)); };
+    const auto end_moment = [](const CouplerState<double>& b) { return std::abs(b.moment_lead + b.moment_trail); };
+    consider(draft, -was.axial, -is.axial, coupler_.break_draft, BrokenCoupler::By::draft);
+    consider(swing, largest_swing(was), largest_swing(is), coupler_.break_swing, BrokenCoupler::By::swing);
+    consider(moment, end_moment(was), end_moment(is), coupler_.break_moment, BrokenCoupler::By::moment);
+    const auto between = [share](double from, double to) { return from + share * (to - from); };
+    const double force = std::max(between(was.axial, is.axial), -coupler_.break_draft);
+    found.push_back({t - (1.0 - share) * h, i, by, force});
+    spent_.work_coupler_break += spring_energy(between(was.gap, is.gap)) + swing_energy(coupler_, between(was.swing_lead, is.swing_lead)) +
+                                 swing_energy(coupler_, between(was.swing_trail, is.swing_trail));
+    if (-force > incidents_.draft.force) incidents_.draft = {-force, i, found.back().time};
+    if (force > incidents_.buff.force) incidents_.buff = {force, i, found.back().time};
   }
+  std::sort(found.begin(), found.end(), [](const BrokenCoupler& a, const BrokenCoupler& b) { return a.time < b.time; });
+  for (const BrokenCoupler& b : found) {
+    alive_[b.coupler] = 0.0;
+    incidents_.broken.push_back(b);
+    vent(b.time, 0.5 * (pipe_[b.coupler] + pipe_[b.coupler + 1]));
+  }
+  return !found.empty();
 }
 
-void ExtendedModel::leave_rails(double t, double h, double* y) {
+void ExtendedModel::leave_bad_track(double t, double h, double* y) {
   const Eigen::Index n = car_count();
-  const bool yields = kernels_->overload(arrays(), h, overloaded_.data());
   // Most steps nothing happens: find that out for all trucks together.
   const OnBadTrack bad = on_bad_track(2 * n, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
-  const bool anything = yields || !track_.straight() || bad.passes ||
-                        (bad.may_be_torn && track_.any_torn(2 * n, px_.data(), on_track_.data()));
+  const bool anything = !track_.straight() || bad.passes || (bad.may_be_torn && track_.any_torn(2 * n, px_.data(), on_track_.data()));
+  if (!anything) return;
   bool left = false;
-  if (anything) {
-    for (Eigen::Index i = 0; i < 2 * n; ++i) {
-      if (!on_rails(i)) continue;
-      const double s = track_.foot({px_[i], py_[i]}, arc_[i]);
-      const bool crosses = car_of(i) >= initial_.cars_ahead && arc_[i] < 0.0 && s >= 0.0;
-      arc_[i] = s;
-      if (crosses) leave(t, i, Cause::pod, y);
-      else if (track_.torn(s)) leave(t, i, Cause::torn_track, y);
-      else if (overloaded_[i] > rails_.derail_time) leave(t, i, Cause::lateral, y);
-      else continue;
-      left = true;
-    }
+  for (Eigen::Index i = 0; i < 2 * n; ++i) {
+    if (!on_rails(i)) continue;
+    const double s = track_.foot({px_[i], py_[i]}, arc_[i]);
+    const double from = arc_[i];
+    arc_[i] = s;
+    if (car_of(i) >= initial_.cars_ahead && from < 0.0 && s >= 0.0) leave(t - h * s / (s - from), i, Cause::pod, y);
+    else if (track_.torn(s)) leave(t, i, Cause::torn_track, y);
+    else continue;
+    left = true;
   }
-  if (!left && t > h) return;
+  if (left) find_standing();
+}
+
+bool ExtendedModel::leave_overloaded(double t, double h, double* y) {
+  if (!kernels_->overload(arrays(), h, lateral_before_.data(), overloaded_.data())) return false;
+  bool left = false;
+  for (Eigen::Index i = 0; i < 2 * car_count(); ++i) {
+    if (!on_rails(i) || overloaded_[i] <= rails_.derail_time) continue;
+    leave(derail_moment(rails_, lateral_before_[i], lateral_[i], load_[i], t, h, overloaded_[i]), i, Cause::lateral, y);
+    left = true;
+  }
+  if (left) find_standing();
+  return left;
+}
+
+void ExtendedModel::find_standing() {
   standing_ = -1;
-  for (Eigen::Index k = n - 1; k >= initial_.cars_ahead && !derailed(k); --k) standing_ = k;
+  for (Eigen::Index k = car_count() - 1; k >= initial_.cars_ahead && !derailed(k); --k) standing_ = k;
   if (standing_ > 0 && !derailed(standing_ - 1)) standing_ = -1;
 }
 
@@ -367,14 +429,6 @@ void ExtendedModel::leave(double t, Eigen::Index truck, Cause cause, double* y) 
   q(car, VY) += impulse * inverse_mass_[car] * cos_[car];
   q(car, OMEGA) += impulse * arm(truck) * inverse_inertia_[car];
   spent_.work_kicks -= kinetic() - before;
-}
-
-void ExtendedModel::break_coupler(double t, Eigen::Index i, BrokenCoupler::By by, const double* y) {
-  const CouplerState<double> b = coupler(y, i);
-  spent_.work_coupler_break += spring_energy(b.gap) + swing_energy(coupler_, b.swing_lead) + swing_energy(coupler_, b.swing_trail);
-  alive_[i] = 0.0;
-  incidents_.broken.push_back({t, i, by});
-  vent(t, 0.5 * (pipe_[i] + pipe_[i + 1]));
 }
 
 void ExtendedModel::vent(double t, double place) {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include <Simbody.h>
+#include <fmt/format.h>
 
 #include "multibody/observer.hpp"
 #include "train_derail/inputs/reader.hpp"
@@ -363,15 +364,19 @@ struct Run {
     if (observer.at_rest()) ended = outcome::Ended::at_rest;
   }
 
-  void advance(double target, const std::atomic<bool>* stop) {
+  void advance(double target, const std::atomic<bool>* stop, std::chrono::steady_clock::time_point started) {
     target = std::min(target, scenario.stop.time_max);
     sample();
     while (ended == outcome::Ended::running && time() < target) {
-      if (stop != nullptr && *stop) return;
+      if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
       const double due = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
       try {
         if (integrator.getNumStepsTaken() >= scenario.solver.steps_max) {
-          throw std::runtime_error("solver.steps_max = " + std::to_string(scenario.solver.steps_max) + " is reached");
+          throw std::runtime_error(fmt::format("solver.steps_max = {} is reached", scenario.solver.steps_max));
+        }
+        if (wall_time + std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() > scenario.solver.wall_time_max) {
+          throw std::runtime_error(fmt::format("solver.wall_time_max = {} s of computing are used up at t = {:.4g} s",
+                                               scenario.solver.wall_time_max, time()));
         }
         stepper.stepTo(std::min(due, target));
         follow();
@@ -410,7 +415,7 @@ class SimbodyRun final : public EngineRun {
 
   void advance(double t, const std::atomic<bool>* stop) override {
     const auto start = std::chrono::steady_clock::now();
-    run_.advance(t, stop);
+    run_.advance(t, stop, start);
     run_.wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 

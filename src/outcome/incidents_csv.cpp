@@ -1,6 +1,7 @@
 #include "train_derail/outcome/incidents_csv.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -46,7 +47,7 @@ void write_incidents_csv(std::ostream& out, const model::Incidents& incidents) {
                                           to_string(d.cause), d.x, d.y));
   }
   for (const model::BrokenCoupler& b : incidents.broken) {
-    rows.emplace_back(b.time, fmt::format("{},coupler_broken,{},{},,,{},,,,,,,,", b.time, b.coupler + 1, b.coupler + 2, to_string(b.by)));
+    rows.emplace_back(b.time, fmt::format("{},coupler_broken,{},{},,,{},,,,,,,,{}", b.time, b.coupler + 1, b.coupler + 2, to_string(b.by), std::abs(b.axial_force)));
   }
   for (const model::Impact& i : incidents.impacts) {
     rows.emplace_back(i.time, fmt::format("{},impact,{},{},{},{},,{},{},{},{},{},{},{},{}", i.time, i.car_a + 1, i.car_b + 1,

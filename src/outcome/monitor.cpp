@@ -75,6 +75,31 @@ TRAIN_DERAIL_WIDE void boxes(std::ptrdiff_t n, const double* x, const double* si
   }
 }
 
+/// Puts values at time t into extremes where they go beyond them.
+TRAIN_DERAIL_WIDE void widen(std::ptrdiff_t n, const double* value, double t, double* highest, double* highest_time, double* lowest,
+                             double* lowest_time) {
+#pragma omp simd
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    highest_time[i] = value[i] > highest[i] ? t : highest_time[i];
+    highest[i] = value[i] > highest[i] ? value[i] : highest[i];
+    lowest_time[i] = value[i] < lowest[i] ? t : lowest_time[i];
+    lowest[i] = value[i] < lowest[i] ? value[i] : lowest[i];
+  }
+}
+
+/// Calls use(gap, share of the step) at the extremes within a step of length h of a gap that turns round in it: of the cubic through the
+/// values and rates at both ends.
+template <class Use>
+void turning_points(double h, double gap_from, double rate_from, double gap_to, double rate_to, const Use& use) {
+  const double a = h * rate_from, b = h * rate_to, d = gap_to - gap_from;
+  const double c2 = 3.0 * d - 2.0 * a - b, c3 = a + b - 2.0 * d;  // gap_from + a s + c2 s^2 + c3 s^3
+  const double root = std::sqrt(std::max(c2 * c2 - 3.0 * c3 * a, 0.0));
+  const double q = -(c2 + std::copysign(root, c2));  // of 3 c3 s^2 + 2 c2 s + a = 0, without cancellation
+  for (const double s : {q / (3.0 * c3), a / q}) {
+    if (s > 0.0 && s < 1.0) use(gap_from + s * (a + s * (c2 + s * c3)), s);
+  }
+}
+
 }  // namespace
 
 Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rules, double t,
@@ -98,6 +123,8 @@ Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rul
     by_x_.push_back(k);
   }
   model_.gaps(y.data(), gap_, rate_);
+  for (auto* array : {&highest_, &highest_time_, &lowest_, &lowest_time_}) array->resize(model.coupler_count());
+  forget_peaks();
   for (Eigen::Index i = 0; i < gap_.size(); ++i) extremes_.consider(i, gap_[i], t);
 }
 
@@ -118,21 +145,62 @@ void Monitor::extend(GapExtremes& extremes, double t, const ArrayX& gap, const A
   for (Eigen::Index i = 0; i < gap_.size(); ++i) {
     extremes.consider(i, gap[i], t);
     if (rate_[i] * rate[i] >= 0.0) continue;
-    // The gap turned round in between: extreme of the cubic through both ends' values and rates.
-    const double a = h * rate_[i], b = h * rate[i], d = gap[i] - gap_[i];
-    const double c2 = 3.0 * d - 2.0 * a - b, c3 = a + b - 2.0 * d;  // gap_ + a s + c2 s^2 + c3 s^3
-    const double root = std::sqrt(std::max(c2 * c2 - 3.0 * c3 * a, 0.0));
-    const double q = -(c2 + std::copysign(root, c2));  // of 3 c3 s^2 + 2 c2 s + a = 0, without cancellation
-    for (const double s : {q / (3.0 * c3), a / q}) {
-      if (s > 0.0 && s < 1.0) extremes.consider(i, gap_[i] + s * (a + s * (c2 + s * c3)), step_time_ + s * h);
-    }
+    turning_points(h, gap_[i], rate_[i], gap[i], rate[i],
+                   [&](double turned, double share) { extremes.consider(i, turned, step_time_ + share * h); });
   }
 }
 
+void Monitor::forget_peaks() {
+  highest_.setConstant(-inputs::kInfinity);
+  lowest_.setConstant(inputs::kInfinity);
+  highest_time_.setZero();
+  lowest_time_.setZero();
+}
+
+void Monitor::consider_recent(Eigen::Index i, double value, double t) {
+  widen(1, &value, t, &highest_[i], &highest_time_[i], &lowest_[i], &lowest_time_[i]);
+}
+
+void Monitor::extend_recent(double t, const ArrayX& values) {
+  widen(values.size(), values.data(), t, highest_.data(), highest_time_.data(), lowest_.data(), lowest_time_.data());
+}
+
+double Monitor::recent_force(double value) const {
+  if (std::isinf(value)) return 0.0;
+  return model_.incidents() != nullptr ? value : model::axial_force(model_.coupler_law(), -value);
+}
+
+PeakForce Monitor::buff_peak(Eigen::Index i, double t, double now) const {
+  PeakForce peak{std::max(recent_force(highest_[i]), 0.0), static_cast<int>(i) + 1, highest_time_[i]};
+  if (now > peak.force) peak = {now, peak.coupler, t};
+  return peak;
+}
+
+PeakForce Monitor::draft_peak(Eigen::Index i, double t, double now) const {
+  PeakForce peak{std::max(-recent_force(lowest_[i]), 0.0), static_cast<int>(i) + 1, lowest_time_[i]};
+  if (-now > peak.force) peak = {-now, peak.coupler, t};
+  return peak;
+}
+
 void Monitor::step(double t, const double* y) {
-  if (model_.incidents() != nullptr) return;  // it keeps its peaks itself
+  if (gap_.size() == 0) return;
+  if (const model::Incidents* incidents = model_.incidents()) {  // it keeps the peaks of the run itself
+    extend_recent(t, *model_.axial_forces());
+    for (; broken_seen_ < incidents->broken.size(); ++broken_seen_) {
+      const model::BrokenCoupler& b = incidents->broken[broken_seen_];
+      consider_recent(b.coupler, b.axial_force, b.time);
+    }
+    return;
+  }
   model_.gaps(y, new_gap_, new_rate_);
   extend(extremes_, t, new_gap_, new_rate_);
+  extend_recent(t, -new_gap_);
+  const double h = t - step_time_;
+  for (Eigen::Index i = 0; h > 0.0 && i < gap_.size(); ++i) {
+    if (rate_[i] * new_rate_[i] >= 0.0) continue;
+    turning_points(h, gap_[i], rate_[i], new_gap_[i], new_rate_[i],
+                   [&](double turned, double share) { consider_recent(i, -turned, step_time_ + share * h); });
+  }
   gap_.swap(new_gap_);
   rate_.swap(new_rate_);
   step_time_ = t;
@@ -182,6 +250,10 @@ void Monitor::sample_speeds(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
   neighbour_speeds(n - 1, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n, sine_.data(), cosine_.data(),
                    half_length_.data(), pins_squared_.data(), centres_squared_.data());
+  // Cars whose coupler has broken have nothing to do with each other any more.
+  if (const model::Incidents* incidents = model_.incidents()) {
+    for (const model::BrokenCoupler& b : incidents->broken) pins_squared_[b.coupler] = centres_squared_[b.coupler] = 0.0;
+  }
   const auto consider = [t](const ArrayX& squared, RelativeSpeed& largest) {
     if (largest_of(squared.size(), squared.data()) <= largest.speed * largest.speed) return;
     Eigen::Index coupler = 0;
@@ -281,6 +353,12 @@ void Monitor::report_peaks(double t, const double* y, Outcome& o) const {
   o.coupler_draft_peak = peak(extremes.widest, -1.0);
 }
 
+double Monitor::energy_residual(const model::EnergyLedger& now) const {
+  // A train that starts at rest gets what it has from the slope.
+  const double scale = energy_initial_ > 0.0 ? energy_initial_ : now.kinetic() + std::abs(now.work_grade);
+  return scale > 0.0 ? std::abs(now.total() - energy_initial_) / scale : 0.0;
+}
+
 void Monitor::report(double t, const double* y, Outcome& o) const {
   o.cars = static_cast<int>(model_.car_count());
   o.cars_past_pod = o.cars_off_track = o.cars_derailed = 0;
@@ -299,7 +377,7 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
   o.stop_time = t;
   o.energy = model_.energy(y);
   o.energy_initial = energy_initial_;
-  o.energy_residual = energy_initial_ > 0.0 ? std::abs(o.energy.total() - energy_initial_) / energy_initial_ : 0.0;
+  o.energy_residual = energy_residual(o.energy);
 }
 
 }  // namespace train_derail::outcome

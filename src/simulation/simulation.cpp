@@ -10,12 +10,18 @@
 #include "train_derail/inputs/warnings.hpp"
 #include "train_derail/model/derailment_model.hpp"
 #include "train_derail/model/extended_model.hpp"
+#include "train_derail/model/step_limit.hpp"
 #include "train_derail/outcome/monitor.hpp"
+#include "train_derail/outcome/trust.hpp"
 #include "train_derail/solver/integrator.hpp"
 
 namespace train_derail::simulation {
 
 namespace {
+
+constexpr double kEnergyInterval = 1.0;           // simulated [s], between two looks at the energy ledger
+constexpr double kResidualBlownUp = 0.1;          // no use in going on
+constexpr std::int64_t kStepsUnwatched = 64;
 
 /// The model as the solver sees it.
 class TrainSystem final : public solver::OdeSystem {
@@ -153,6 +159,7 @@ std::unique_ptr<Motion> make_motion(const inputs::Scenario& scenario) {
 
 inputs::Scenario checked(const inputs::Scenario& scenario) {
   inputs::validate(scenario);
+  model::check_step(scenario);
   return scenario;
 }
 
@@ -182,10 +189,34 @@ struct Simulation::Impl {
   outcome::Ended ended = outcome::Ended::running;
   std::string message;
   std::vector<std::string> warnings;
-  double wall_time = 0.0;
+  double wall_time = 0.0;  // of the calls of advance() before this one
+  std::chrono::steady_clock::time_point started;  // this one
+  std::int64_t steps_unwatched = 0;
+  double energy_due = kEnergyInterval;
+
+  double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count(); }
 
   void advance(double target, const std::atomic<bool>* stop) {
+    started = std::chrono::steady_clock::now();
+    advance_by_steps(target, stop);
+    wall_time += elapsed();
+  }
+
+  void fail(const std::string& why) {
+    ended = outcome::Ended::integration_failed;
+    message = why;
+  }
+
+  void advance_by_steps(double target, const std::atomic<bool>* stop) {
     target = std::min(target, scenario.stop.time_max);
+    if (ended != outcome::Ended::running || time >= target) return;
+    monitor.forget_peaks();
+    advance_to(target, stop);
+    // The step that ends here belongs to what has been run through; seen again it changes nothing.
+    if (integrator->time() <= time) monitor.step(integrator->time(), integrator->state().data());
+  }
+
+  void advance_to(double target, const std::atomic<bool>* stop) {
     while (ended == outcome::Ended::running && time < target) {
       if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
       const double reached = integrator->time();
@@ -208,6 +239,23 @@ struct Simulation::Impl {
     ++next_sample;
     monitor.sample(t, state.data());
     if (monitor.truck_speed_max() < scenario.stop.speed) ended = outcome::Ended::at_rest;
+    if (t < energy_due) return;
+    energy_due = t + kEnergyInterval;
+    const double residual = monitor.energy_residual(model.energy(state.data()));
+    if (!(residual <= kResidualBlownUp)) fail(fmt::format("the motion has blown up by t = {:.3g} s: {}", t, outcome::residual_text(residual)));
+  }
+
+  /// The clock is looked at now and then: it costs a hundredth of a step of a short train.
+  void watch_clock() {
+    if (++steps_unwatched < kStepsUnwatched) return;
+    steps_unwatched = 0;
+    if (const double spent = wall_time + elapsed(); spent > scenario.solver.wall_time_max) {
+      const double t = integrator->time();
+      fail(fmt::format("solver.wall_time_max = {} s of computing are used up at t = {:.4g} s of at most {} s, after {} steps of {:.2g} s on "
+                       "average; the stiffest part is {}", scenario.solver.wall_time_max, t, scenario.stop.time_max,
+                       integrator->statistics().steps, t / static_cast<double>(std::max<std::int64_t>(integrator->statistics().steps, 1)),
+                       model::step_limits(scenario).front().key));
+    }
   }
 
   void step() {
@@ -218,13 +266,13 @@ struct Simulation::Impl {
     }
     const solver::StepResult result = integrator->step();
     if (result.status == solver::StepStatus::failed) {
-      ended = outcome::Ended::integration_failed;
-      message = result.message;
+      fail(result.message);
       time = integrator->time();
       state = integrator->state();
       return;
     }
     pending = result.status == solver::StepStatus::event;
+    watch_clock();
   }
 };
 
@@ -237,11 +285,7 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 void Simulation::reset(const inputs::Scenario& scenario) { impl_ = std::make_unique<Impl>(scenario, nullptr); }
 
-void Simulation::advance(double t, const std::atomic<bool>* stop) {
-  const auto start = std::chrono::steady_clock::now();
-  impl_->advance(t, stop);
-  impl_->wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+void Simulation::advance(double t, const std::atomic<bool>* stop) { impl_->advance(t, stop); }
 
 void Simulation::run(const std::atomic<bool>* stop) { advance(inputs::kInfinity, stop); }
 
@@ -272,8 +316,11 @@ Snapshot Simulation::snapshot() const {
   const std::vector<model::CouplerState<double>> couplers = m.couplers(y);
   for (std::size_t i = 0; i < couplers.size(); ++i) {
     const model::CouplerState<double>& b = couplers[i];
-    s.couplers.push_back({b.gap, std::atan2(b.uy, b.ux), b.axial, b.lateral, b.swing_lead, b.swing_trail,
-                          b.moment_lead, b.moment_trail, m.broken(static_cast<Eigen::Index>(i))});
+    const auto coupler = static_cast<Eigen::Index>(i);
+    const outcome::PeakForce buff = impl_->monitor.buff_peak(coupler, s.time, b.axial);
+    const outcome::PeakForce draft = impl_->monitor.draft_peak(coupler, s.time, b.axial);
+    s.couplers.push_back({b.gap, std::atan2(b.uy, b.ux), b.axial, b.lateral, b.swing_lead, b.swing_trail, b.moment_lead,
+                          b.moment_trail, m.broken(coupler), buff.force, draft.force, buff.time, draft.time});
   }
   return s;
 }
@@ -286,6 +333,7 @@ outcome::Outcome Simulation::outcome() const {
   o.warnings = impl_->warnings;
   o.solver = impl_->integrator->statistics();
   o.wall_time = impl_->wall_time;
+  outcome::judge(o);
   return o;
 }
 

@@ -77,7 +77,7 @@ class Bdf final : public Stepper {
  private:
   Flag evolve(double& t, VectorX& y) override {
     const int flag = CVode(memory_.get(), time_ + 1.0, y_.get(), &t, CV_ONE_STEP);
-    if (flag < 0) return Flag::failed;
+    if (flag < 0) return failed(CVodeGetReturnFlagName(flag));
     from_band(banded_.data(), y);
     return flag == CV_ROOT_RETURN ? Flag::root : Flag::stepped;
   }

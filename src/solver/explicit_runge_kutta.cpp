@@ -61,7 +61,7 @@ class ExplicitRungeKutta final : public Stepper {
   Flag evolve(double& t, VectorX& y) override {
     (void)y;  // y_ is a view of it
     const int flag = ERKStepEvolve(memory_.get(), time_ + 1.0, y_.get(), &t, ARK_ONE_STEP);
-    if (flag < 0) return Flag::failed;
+    if (flag < 0) return failed(ERKStepGetReturnFlagName(flag));
     return flag == ARK_ROOT_RETURN ? Flag::root : Flag::stepped;
   }
 

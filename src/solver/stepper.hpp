@@ -1,6 +1,7 @@
 // What the two SUNDIALS packages have in common: stepping, keeping the last good state, events, limits.
 #pragma once
 
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,12 @@ class Stepper : public Integrator {
   int derivative(double t, const double* y, double* dydt);
 
   void set_error(const std::string& error) { error_ = error; }
+  /// After a failure: `name` (to be freed) of the code that came back is its reason unless there is a better one.
+  Flag failed(char* name) {
+    if (error_.empty()) set_error(std::string("the integrator gave up: ") + name);
+    std::free(name);
+    return Flag::failed;
+  }
 
   const inputs::Solver options_;
   OdeSystem& system_;

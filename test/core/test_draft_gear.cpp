@@ -184,7 +184,9 @@ TEST(BreakingCoupler, HoldsUpToItsDraftLoadAndNoMore) {
   EXPECT_EQ(b.by, By::draft);
   EXPECT_EQ(b.coupler, 0);
   EXPECT_NEAR(b.time, std::asin(0.8) / w, 4e-4);
-  EXPECT_NEAR(train.incidents().draft.force / s.coupler.break_draft, 1.0, 5e-3);  // a step beyond it
+  // No force beyond it, however long the step.
+  EXPECT_EQ(train.incidents().draft.force, s.coupler.break_draft);
+  EXPECT_EQ(b.axial_force, -s.coupler.break_draft);
   // The strain energy at that load is gone, what is left of the speed stays.
   const double lost = 0.5 * s.coupler.break_draft * s.coupler.break_draft / s.coupler.stiffness;
   EXPECT_NEAR(train.energy().work_coupler_break / lost, 1.0, 1e-2);
@@ -220,17 +222,21 @@ TEST(BreakingCoupler, BreaksByItsSwingAtEitherEnd) {
       Train train(s, cars);
       // The angle between the bar and either car, worked out from the pins.
       double swing = 0.0, before = 0.0;
-      while (train.incidents().broken.empty() && train.time() < 3.0) {
+      while (train.time() < 3.0) {
         before = swing;
         const Eigen::Vector2d d = train.model().rear_pin(train.data(), 0).position - train.model().front_pin(train.data(), 1).position;
         const double beta = std::atan2(d.y(), d.x());
         swing = std::max(std::abs(beta - train.car(0).theta), std::abs(beta - train.car(1).theta));
+        if (!train.incidents().broken.empty()) break;
         train.step();
       }
       ASSERT_EQ(train.incidents().broken.size(), 1u);
       EXPECT_EQ(train.incidents().broken[0].by, By::swing);
       EXPECT_GE(swing, s.coupler.break_swing - 1e-12);
       EXPECT_LT(before, s.coupler.break_swing);
+      // Within the step, where the angle was reached.
+      const double share = (s.coupler.break_swing - before) / (swing - before);
+      EXPECT_NEAR(train.incidents().broken[0].time, train.time() - (1.0 - share) * 1e-3, 1e-5);
     }
   }
 }
@@ -250,8 +256,9 @@ TEST(BreakingCoupler, BreaksByItsMoments) {
   }
   ASSERT_EQ(train.incidents().broken.size(), 1u);
   EXPECT_EQ(train.incidents().broken[0].by, By::moment);
-  EXPECT_GT(moment, s.coupler.break_moment);
-  EXPECT_LT(moment, 1.05 * s.coupler.break_moment);
+  // The last that acted.
+  EXPECT_LE(moment, s.coupler.break_moment);
+  EXPECT_GT(moment, 0.95 * s.coupler.break_moment);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Rails that yield: force and damping against an oscillator's closed form, the limit and its time, and why trucks leave.
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -24,27 +25,38 @@ TEST(RailLaw, ForceOpposesOffsetAndRate) {
   EXPECT_DOUBLE_EQ(model::rail_force(r, 3e5, 0.01, 0.2), -2.6e5);
 }
 
-TEST(RailLaw, YieldsAfterTheLimitHasBeenExceededForThatLongWithoutABreak) {
+/// Lateral force of a truck over time, in steps of length h: when it leaves the rails, or infinity.
+double leaves_at(const inputs::Rails& r, double load, double h, int steps, const std::function<double(double)>& force) {
+  double overloaded = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    const double from = force(i * h), to = force((i + 1) * h);
+    overloaded = model::overloaded_time<double>(r, from, to, load, h, overloaded);
+    if (overloaded > r.derail_time) return model::derail_moment(r, from, to, load, (i + 1) * h, h, overloaded);
+  }
+  return inputs::kInfinity;
+}
+
+TEST(RailLaw, YieldsWhenTheLimitHasBeenExceededForThatLongWithoutABreak) {
   inputs::Rails r;
   r.derail_ratio = 0.8;
   r.derail_time = 0.0205;
-  const double load = 1000.0, h = 0.001;
-  const auto yields = [&](double force, double& overloaded) {
-    overloaded = model::overloaded_time<double>(r, force, load, h, overloaded);
-    return overloaded > r.derail_time;
-  };
-  for (const double sign : {1.0, -1.0}) {
-    double overloaded = 0.0;
-    for (int i = 1; i <= 20; ++i) EXPECT_FALSE(yields(sign * 801.0, overloaded)) << i;
-    EXPECT_TRUE(yields(sign * 801.0, overloaded));
+  const double load = 1000.0;
+  // However long the step is: also if the time ends within one.
+  for (const double h : {0.001, 0.004, 0.013}) {
+    for (const double sign : {1.0, -1.0}) {
+      EXPECT_NEAR(leaves_at(r, load, h, 100, [&](double) { return sign * 801.0; }), 0.0205, 1e-12) << h;
+      // A ramp reaches 800 N at 0.08 s.
+      EXPECT_NEAR(leaves_at(r, load, h, 200, [&](double t) { return sign * 1e4 * t; }), 0.08 + 0.0205, 1e-12) << h;
+    }
+    EXPECT_EQ(leaves_at(r, load, h, 1000, [](double) { return 799.9; }), inputs::kInfinity);
   }
-  double overloaded = 0.0;
-  for (int i = 1; i <= 20; ++i) EXPECT_FALSE(yields(2000.0, overloaded)) << i;
-  EXPECT_FALSE(yields(799.0, overloaded));  // a break: it counts anew
-  for (int i = 1; i <= 20; ++i) EXPECT_FALSE(yields(2000.0, overloaded)) << i;
-  EXPECT_TRUE(yields(2000.0, overloaded));
-  overloaded = 0.0;
-  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(yields(799.9, overloaded));
+  // Above the limit from 0.01 to 0.03 s, again from 0.05 s on: each time counts anew.
+  const auto twice = [](double t) { return t > 0.0095 && t < 0.0295 ? 2000.0 : t > 0.0495 ? 2000.0 : 0.0; };
+  EXPECT_NEAR(leaves_at(r, load, 0.001, 100, twice), 0.05 + 0.0205, 1e-3);
+  // It falls below the limit within the very step in which the time is over.
+  EXPECT_NEAR(leaves_at(r, load, 0.03, 1, [](double t) { return 900.0 - 120.0 / 0.03 * t; }), 0.0205, 1e-12);
+  r.derail_time = 0.0;
+  EXPECT_NEAR(leaves_at(r, load, 0.01, 100, [](double t) { return 1e4 * t; }), 0.08, 1e-12);
 }
 
 /// y(t) of y'' + 2 z w y' + w^2 y = 0 from y0 at rest.

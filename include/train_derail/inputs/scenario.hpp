@@ -193,6 +193,7 @@ struct Solver {
   double atol = 1.0e-6;                // absolute tolerance, in m, rad, m/s, rad/s
   std::optional<double> fixed_step;    // explicit and semi-implicit methods: no error control [s]
   std::int64_t steps_max = 10'000'000; // more are taken for a failure
+  double wall_time_max = 300.0;        // so is more computing than this [s]
 };
 
 struct Scenario {

@@ -33,9 +33,10 @@ class ExtendedModel final : public TrainModel {
   /// What has happened before the first step: trucks that start past the point of derailment are off the rails.
   void start(const double* y);
 
-  /// Accelerations (cars x 3, column by column: x, y, theta) at time t of a step of length h.
+  /// Accelerations (cars x 3, column by column: x, y, theta) at time t of a step of length h; y as start() or settle() has left it.
   void accelerations(double t, double h, const double* y, double* result);
-  /// The step from (t, before) to (t + h, y) is done: latches, breaks, work. May change velocities in y (kicks).
+  /// The step from (t, before) to (t + h, y) is done: latches, work, and what gives way before the forces at its end can act: couplers
+  /// break and trucks leave the rails within the step, where the limit is reached. May change velocities in y (kicks).
   void settle(double t, double h, const double* before, double* y);
 
   bool derailed(Eigen::Index car) const override;
@@ -46,6 +47,7 @@ class ExtendedModel final : public TrainModel {
   bool straight_track() const override { return track_.straight(); }
   TrackPlace track_place(Eigen::Index car, const Vector2& point) const override;
   const Incidents* incidents() const override { return &incidents_; }
+  const ArrayX* axial_forces() const override { return &axial_; }
 
  private:
   void find_gaps(const double* y, double* gap, double* rate) const override;
@@ -61,12 +63,19 @@ class ExtendedModel final : public TrainModel {
   ExtendedArrays arrays();
   /// Where trucks are on the track, from their places in px_, py_.
   void locate();
-  void break_where_overloaded(double t, const double* before);
-  void note_forces(double t, double h);
-  void leave_rails(double t, double h, double* y);
+  /// All forces but those of contact, at (t, y).
+  void find_forces(double t, const double* y);
+  /// In the step that ends at (t, y); whether any has. The forces are then to be found anew.
+  bool break_couplers(double t, double h, const double* before, const double* y);
+  void note_peaks(double t);
+  void note_blockage(double h);
+  /// At the point of derailment or on torn track, in the step of length h that ends at t.
+  void leave_bad_track(double t, double h, double* y);
+  /// By lateral force, in the step of length h that ends at t; whether any has.
+  bool leave_overloaded(double t, double h, double* y);
+  void find_standing();
   void leave(double t, Eigen::Index truck, Cause cause, double* y);
   void pass_pod(const double* y);
-  void break_coupler(double t, Eigen::Index i, BrokenCoupler::By by, const double* y);
   /// The brake pipe is opened at time t at `place` along the train.
   void vent(double t, double place);
   double spring_energy(double gap) const;
@@ -85,13 +94,14 @@ class ExtendedModel final : public TrainModel {
   // One a truck.
   std::vector<Cause> cause_;
   ArrayX kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_, patch_, px_, py_;
-  ArrayX truck_x_, truck_y_, brake_, lateral_;
+  ArrayX truck_x_, truck_y_, brake_, lateral_, lateral_before_;
   // One a coupler.
   double buff_ = 0.0, draft_ = 0.0, cos_swing_least_ = 1.0, end_moment_largest_ = 0.0;  // of all of them in the step
   ArrayX alive_, damping_, axial_, damper_, ux_, uy_, cos_swing_, end_moment_;
   ArrayX pin_x_, pin_y_, moment_lead_, moment_trail_;  // cars + 1 entries
   std::vector<inputs::GroundPatch> patches_;
   Eigen::Index standing_ = -1;  // foremost car that stands on the rails behind what has derailed
+  bool forces_found_ = false;  // those of find_forces() belong to the next step
   std::unique_ptr<Contacts> contacts_;
   Incidents incidents_;
   EnergyLedger spent_;  // its work_... terms

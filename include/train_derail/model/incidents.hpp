@@ -27,6 +27,7 @@ struct BrokenCoupler {
   double time;  // s
   Eigen::Index coupler;
   enum class By { draft, swing, moment } by;
+  double axial_force;  // at which it broke, buff positive [N]
 };
 
 /// Side of a car that is hit: the one that faces the push.

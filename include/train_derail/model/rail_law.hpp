@@ -20,12 +20,23 @@ T rail_force(const inputs::Rails& r, const T& damping, const T& offset, const T&
   return -r.stiffness * offset - damping * rate;
 }
 
-/// For how long the limit has been exceeded without a break [s], at the end of a step of length h [s] in which the truck has borne
-/// `force` [N] under `load` (its share of W) [N]; `before`: at its beginning. Beyond derail_time the truck leaves the rails.
+/// For how long the limit of L/V has been exceeded without a break [s], after a step of length h [s] in which the lateral force of a truck
+/// has gone from `from` to `to` [N], linearly, under `load` (its share of W) [N]; `before`: the same after the step before. If the force
+/// falls below the limit within the step, up to that moment. Beyond derail_time the truck leaves the rails.
 template <class T>
-T overloaded_time(const inputs::Rails& r, const T& force, const T& load, double h, const T& before) {
+T overloaded_time(const inputs::Rails& r, const T& from, const T& to, const T& load, double h, const T& before) {
   using std::abs;
-  return select(abs(force) > r.derail_ratio * load, T(before + h), T(0.0));
+  const T limit = r.derail_ratio * load, first = abs(from) - limit, last = abs(to) - limit;
+  const auto stays = last > T(0.0);
+  return select(first > T(0.0), T(before + select(stays, T(h), T(h * first / (first - last)))),
+                select(stays, T(h * last / (last - first)), T(0.0)));
+}
+
+/// When within that step, whose end is at time t [s], the limit had been exceeded for derail_time; `reached`: the step's overloaded_time.
+inline double derail_moment(const inputs::Rails& r, double from, double to, double load, double t, double h, double reached) {
+  const double limit = r.derail_ratio * load, first = std::abs(from) - limit, last = std::abs(to) - limit;
+  const double end = last > 0.0 ? t : t - h * last / (last - first);
+  return end - (reached - r.derail_time);
 }
 
 }  // namespace train_derail::model

@@ -97,6 +97,8 @@ class TrainModel {
 
   /// What the model itself has noted; null if it notes nothing and everything follows from states.
   virtual const Incidents* incidents() const { return nullptr; }
+  /// Axial force of every coupler at the end of the last step, buff positive [N]; null if incidents() is.
+  virtual const ArrayX* axial_forces() const { return nullptr; }
 
  protected:
   virtual void find_gaps(const double* y, double* gap, double* rate) const = 0;

@@ -17,6 +17,12 @@ class Monitor {
 
   /// One accepted step from where the last one ended to (t, y), once the run has reached t.
   void step(double t, const double* y);
+  /// Peaks of every coupler, below, are looked for anew.
+  void forget_peaks();
+  /// Largest forces of coupler `i` since forget_peaks(), up to (t, y), where its axial force is `now`; magnitudes.
+  PeakForce buff_peak(Eigen::Index i, double t, double now) const;
+  PeakForce draft_peak(Eigen::Index i, double t, double now) const;
+
   /// One sample; times must rise.
   void sample(double t, const double* y);
 
@@ -26,6 +32,8 @@ class Monitor {
   /// Largest speed of any truck centre in the last sample [m/s].
   double truck_speed_max() const { return truck_speed_max_; }
 
+  /// What is unaccounted for of the energy at the start, as in Outcome.
+  double energy_residual(const model::EnergyLedger& now) const;
   /// Counts, peaks, pile-up and energy at (t, y), which may lie beyond the last step; leaves why it ended and the solver's figures alone.
   void report(double t, const double* y, Outcome& outcome) const;
 
@@ -44,6 +52,10 @@ class Monitor {
 
   /// Adds what happens from the end of the last step to time t, where gaps and rates are as given.
   void extend(GapExtremes& extremes, double t, const ArrayX& gap, const ArrayX& rate) const;
+  /// What the last step, up to time t, adds to the peaks since forget_peaks().
+  void extend_recent(double t, const ArrayX& values);
+  void consider_recent(Eigen::Index coupler, double value, double t);
+  double recent_force(double value) const;
   model::Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
   /// Of the sample that is being taken.
   model::CarMotion motion(const double* y, Eigen::Index car) const;
@@ -60,6 +72,10 @@ class Monitor {
   double step_time_;
   ArrayX gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
   GapExtremes extremes_;
+  /// Of every coupler since forget_peaks(): axial forces, buff positive, where the model notes its incidents itself, else gaps with the
+  /// sign turned round, which rise with them.
+  ArrayX highest_, highest_time_, lowest_, lowest_time_;
+  std::size_t broken_seen_ = 0;  // of the model's own record
   ArrayX half_length_, half_width_, half_spacing_;
   ArrayX astray_;  // farthest that either truck of a car has been from the centre line in any sample [m]
   ArrayX cosine_, sine_, rearmost_, foremost_, half_breadth_;  // headings and extents of the cars in the last sample

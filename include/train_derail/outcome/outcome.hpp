@@ -30,7 +30,7 @@ struct Closing {
   double x = 0.0, y = 0.0;    // where [m]
 };
 
-/// Largest relative speed of two neighbouring cars: of their facing pins, or of their centres of mass.
+/// Largest relative speed of two neighbouring cars whose coupler holds: of their facing pins, or of their centres of mass.
 struct RelativeSpeed {
   double speed = 0.0;  // m/s
   int coupler = 0;     // between cars `coupler` and `coupler + 1`
@@ -86,10 +86,10 @@ struct Outcome {
   PileUp pile_up;
   int couplers_broken = 0;
   Impacts impacts;
-  double blockage_force = 0.0;  // mean buff force on the foremost car that stands on the rails behind the derailed ones [N]
+  double blockage_force = 0.0;  // mean buff force on the foremost car that stands on the rails behind the derailed ones, while their coupler holds [N]
   model::EnergyLedger energy;       // at stop_time
   double energy_initial = 0.0;      // J
-  double energy_residual = 0.0;     // |total - initial| / initial; 0 if there was none to begin with
+  double energy_residual = 0.0;     // |total - initial| / initial, or / what a grade has given a train that stood
   Ended ended = Ended::running;
   std::string message;              // why the integration failed
   std::vector<std::string> warnings;  // what should be looked at before the numbers are believed; one line each

@@ -30,7 +30,7 @@ struct CouplerSnapshot {
   double swing_lead, swing_trail;    // gamma at either end [rad]
   double moment_lead, moment_trail;  // m on either car [N m]
   bool broken;                       // carries nothing any more
-  // Largest since the call of advance() before the last one ended, found within steps; magnitudes.
+  // Largest in the steps of the last call of advance() that moved time, found within steps, up to now; magnitudes.
   double buff_peak = 0.0;            // [N]
   double draft_peak = 0.0;           // [N]
   double buff_peak_time = 0.0;       // [s]
