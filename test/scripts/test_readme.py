@@ -85,6 +85,11 @@ class ReadmeTest(unittest.TestCase):
         for name in set(re.findall(r'(?<![\w/-])(\w+\.(?:py|sh))\b', self.text)):
             self.assertTrue(glob.glob(os.path.join(ROOT, '*', '**', name), recursive=True), name)
 
+    def test_tests_that_the_page_on_reliability_names_are_there(self):
+        named = set(re.findall(r'(?<![\w/.-])(?:test|include)/[\w./-]*\w', read('docs/reliability.md')))
+        self.assertGreater(len(named), 8)
+        self.assertEqual({name for name in named if not os.path.exists(os.path.join(ROOT, name))}, set())
+
     def test_subcommands_of_run(self):
         usage = subprocess.run([os.path.join(ROOT, 'run'), '--help'], stdout=subprocess.PIPE, text=True, check=True).stdout
         has = set(re.findall(r'\./run (\w+)', usage))
