@@ -1,12 +1,14 @@
 #include "train_derail/ros/command_queue.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace train_derail::ros_face {
 
 namespace {
 
+constexpr std::chrono::milliseconds kPatience(200);
 const Answer kClosed{false, "the node is shutting down"};
 
 }  // namespace
@@ -18,13 +20,16 @@ Answer CommandQueue::call(Work work, WallClock::duration timeout) {
   if (closed_) return kClosed;
   waiting_.push_back(ticket);
   work_arrived_.notify_one();
-  if (!answered_.wait_for(lock, timeout, [&] { return ticket->done; })) {
-    const auto here = std::find(waiting_.begin(), waiting_.end(), ticket);
-    if (here != waiting_.end()) {
+  const auto done = [&] { return ticket->done; };
+  const auto place = [&] { return std::find(waiting_.begin(), waiting_.end(), ticket); };
+  // A step of the usual length is let go to its end, a point of the output grid.
+  if (attention_ != nullptr && !answered_.wait_for(lock, kPatience, done) && place() != waiting_.end()) *attention_ = true;
+  if (!answered_.wait_for(lock, timeout, done)) {
+    if (const auto here = place(); here != waiting_.end()) {
       waiting_.erase(here);
       return {false, "the simulation was busy for too long; nothing was done"};
     }
-    answered_.wait(lock, [&] { return ticket->done; });
+    answered_.wait(lock, done);
   }
   return ticket->result;
 }
@@ -39,7 +44,10 @@ void CommandQueue::execute() {
     TicketPtr ticket;
     {
       const std::lock_guard lock(mutex_);
-      if (waiting_.empty()) return;
+      if (waiting_.empty()) {
+        if (attention_ != nullptr) *attention_ = false;
+        return;
+      }
       ticket = std::move(waiting_.front());
       waiting_.pop_front();
     }

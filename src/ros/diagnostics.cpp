@@ -5,6 +5,8 @@
 #include <ros/console.h>
 #include <ros/this_node.h>
 
+#include "train_derail/ros/clock_watch.hpp"
+
 namespace train_derail::ros_face {
 
 namespace {
@@ -40,6 +42,9 @@ void Diagnostics::report(WallTime now, const ::ros::Time& stamp, const Health& h
   if (o.ended == outcome::Ended::integration_failed) {
     status.level = DiagnosticStatus::ERROR;
     status.message = "integration failed: " + o.message;
+  } else if (!health.clock_publishers.empty()) {
+    status.level = DiagnosticStatus::ERROR;
+    status.message = rivals_text(health.clock_publishers);
   } else if (health.lost_share > overload_threshold_) {
     status.level = DiagnosticStatus::WARN;
     status.message =

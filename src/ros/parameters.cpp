@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <ros/param.h>
 
+#include "train_derail/ros/file_bounds.hpp"
 #include "train_derail/ros/parameter_reader.hpp"
 
 namespace train_derail::ros_face {
@@ -15,11 +16,13 @@ using inputs::InputError;
 using XmlRpc::XmlRpcValue;
 
 constexpr double kRateMin = 0.001, kRateMax = 1000.0;
+constexpr int kDepthMax = 32;  // of a scenario on the parameter server
 constexpr char kRateRange[] = "0 (as fast as the integrator goes), or 0.001 to 1000";
 
 }  // namespace
 
-YAML::Node to_yaml_tree(const XmlRpcValue& value, const std::string& name) {
+YAML::Node to_yaml_tree(const XmlRpcValue& value, const std::string& name, int depth) {
+  if (depth > kDepthMax) throw InputError(name, "", "", "nested too deeply", fmt::format("at most {} levels", kDepthMax));
   switch (value.getType()) {
     case XmlRpcValue::TypeBoolean:
     case XmlRpcValue::TypeInt:
@@ -27,12 +30,12 @@ YAML::Node to_yaml_tree(const XmlRpcValue& value, const std::string& name) {
     case XmlRpcValue::TypeDouble: return YAML::Node(number_text(static_cast<const double&>(value)));
     case XmlRpcValue::TypeArray: {
       YAML::Node list(YAML::NodeType::Sequence);
-      for (int i = 0; i < value.size(); ++i) list.push_back(to_yaml_tree(value[i], fmt::format("{}[{}]", name, i)));
+      for (int i = 0; i < value.size(); ++i) list.push_back(to_yaml_tree(value[i], fmt::format("{}[{}]", name, i), depth + 1));
       return list;
     }
     case XmlRpcValue::TypeStruct: {
       YAML::Node map(YAML::NodeType::Map);
-      for (const auto& [key, child] : value) map[key] = to_yaml_tree(child, name + "/" + key);
+      for (const auto& [key, child] : value) map[key] = to_yaml_tree(child, name + "/" + key, depth + 1);
       return map;
     }
     default: throw InputError(name, "", "", "binary data or a date", "numbers, text, truth values, lists and maps");
@@ -54,6 +57,11 @@ NodeParameters read_node_parameters(const XmlRpcValue& tree, const std::string& 
   StreamOptions& stream = p.stream;
   stream.frames.world = reader.frame("world_frame", stream.frames.world, false);
   stream.frames.prefix = reader.frame("frame_prefix", stream.frames.prefix, true);
+  p.results_folder = reader.text("results_folder", "");
+  if (p.results_folder.empty()) p.results_folder = default_results_folder();
+  if (p.results_folder.front() != '/') {
+    throw InputError(node_name, "results_folder", p.results_folder, "relative path", "an absolute path on the node's machine");
+  }
   p.bag = reader.text("bag", p.bag);
   p.publish_clock = reader.flag("publish/clock", p.publish_clock);
   p.publish_tf = reader.flag("publish/tf", p.publish_tf);
@@ -62,6 +70,7 @@ NodeParameters read_node_parameters(const XmlRpcValue& tree, const std::string& 
   p.overload_threshold = reader.number("overload_threshold", "1", p.overload_threshold, 0.01, 1.0);
   p.diagnostics_period = reader.number("diagnostics_period", "s", p.diagnostics_period, 0.05, 60.0);
   reader.find("scenario");
+  reader.find("checked");  // by sim.launch: what derail check says of it
   reader.find("speed");
   reader.find("set");
   // The scenario's own keys are the scenario reader's business.

@@ -62,6 +62,20 @@ void RunStream::end_run(const simulation::Simulation& simulation, const outcome:
   run_info(simulation, state, outcome.message.empty() ? outcome::to_string(outcome.ended) : outcome.message);
 }
 
+void RunStream::idle(double seconds) {
+  clock_.advance_by(seconds);
+  rosgraph_msgs::Clock clock;
+  clock.clock = clock_.now();
+  const tf2_msgs::TFMessage frames = moving_frames(header());
+  for (MessageSink* sink : sinks_) sink->idle(clock, frames);
+}
+
+tf2_msgs::TFMessage RunStream::moving_frames(const std_msgs::Header& header) const {
+  tf2_msgs::TFMessage moving = to_transforms(last_.cars, header, options_.frames);
+  moving.transforms.push_back(make_transform(header, options_.frames.pile_up(), pile_up_.x(), pile_up_.y(), 0.0));
+  return moving;
+}
+
 void RunStream::send_grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome) {
   const std_msgs::Header h = header();
   last_ = simulation.snapshot();
@@ -75,9 +89,7 @@ void RunStream::send_grid_point(const simulation::Simulation& simulation, const 
   rosgraph_msgs::Clock clock;
   clock.clock = h.stamp;
   send(&MessageSink::clock, clock);
-  tf2_msgs::TFMessage moving = to_transforms(last_.cars, h, options_.frames);
-  moving.transforms.push_back(make_transform(h, options_.frames.pile_up(), pile_up_.x(), pile_up_.y(), 0.0));
-  send(&MessageSink::tf, moving);
+  send(&MessageSink::tf, moving_frames(h));
   send(&MessageSink::cars, to_message(last_.cars, last_.time, h, run_id_));
   send(&MessageSink::couplers, to_message(last_.couplers, last_.time, h, run_id_));
   markers_sent_ = false;
@@ -130,6 +142,7 @@ void RunStream::run_info(const simulation::Simulation& simulation, const RunStat
   info.start = clock_.start();
   info.time = simulation.time();
   info.rate = state.rate;
+  info.clock_publishers = state.clock_publishers;
   info.interval = simulation.scenario().output.interval;
   info.cars = static_cast<std::uint32_t>(simulation.cars().size());
   info.title = simulation.scenario().title;

@@ -1,6 +1,9 @@
 #include "train_derail/ros/services.hpp"
 
+#include <fmt/format.h>
 #include <ros/this_node.h>
+
+#include "train_derail/inputs/error.hpp"
 
 namespace train_derail::ros_face {
 
@@ -8,8 +11,10 @@ namespace {
 
 using std_srvs::Trigger;
 
-/// One for ~step, which may take its time, and one for what may cut it short.
-constexpr std::uint32_t kThreads = 2;
+/// One for ~step and one for ~restart, which may take their time, and one for what may cut them short.
+constexpr std::uint32_t kThreads = 3;
+/// Of what a restart may bring along, bytes: a scenario has some thousand.
+constexpr std::size_t kTextMax = 1U << 20;
 /// A busy simulation may take this long to begin with what it is asked for, wall [s].
 constexpr double kTimeout = 30.0;
 
@@ -28,6 +33,25 @@ bool ask(CommandQueue& commands, Response& response, Work work) {
   response.success = answer.success;
   response.message = answer.message;
   return true;
+}
+
+void check_size(const char* key, std::size_t size) {
+  if (size <= kTextMax) return;
+  throw inputs::InputError("~restart", key, fmt::format("{} bytes", size), "too long", fmt::format("at most {} bytes", kTextMax));
+}
+
+/// Throws inputs::InputError.
+RestartRequest to_request(const Restart::Request& request) {
+  std::size_t size = 0;
+  for (const std::string& text : request.overrides) size += text.size();
+  check_size("overrides", size);
+  check_size("scenario", request.scenario.size());
+  if (!request.scenario.empty() && request.reload_parameters != 0) {
+    throw inputs::InputError("~restart", "scenario", "", "given beside reload_parameters", "at most one of the two");
+  }
+  RestartRequest wanted{request.scenario, {}, request.overrides, request.start_paused != 0};
+  if (request.reload_parameters != 0) wanted.parameters = fetch_parameters(::ros::this_node::getName());
+  return wanted;
 }
 
 }  // namespace
@@ -76,12 +100,25 @@ bool Services::step(Step::Request& request, Step::Response& response) {
 }
 
 bool Services::restart(Restart::Request& request, Restart::Response& response) {
-  RestartRequest wanted{request.scenario, {}, request.overrides, request.start_paused != 0};
-  // Asked for here: the simulation need not wait for the master.
-  if (request.reload_parameters) wanted.parameters = fetch_parameters(::ros::this_node::getName());
-  return ask(loop_.commands(), response, [&] {
+  // The run that is under way need not wait while the next one is read and built.
+  const std::lock_guard<std::mutex> one_at_a_time(restart_mutex_);
+  ScenarioSource current;
+  ask(loop_.commands(), response, [&] {
+    current = loop_.source();
     response.run_id = loop_.run_id();
-    const Answer answer = loop_.restart(wanted);
+    return Answer{true, ""};
+  });
+  if (response.success == 0) return true;
+  std::optional<NextRun> next;
+  try {
+    next = prepare(to_request(request), current);
+  } catch (const std::exception& e) {
+    response.success = 0;
+    response.message = e.what();
+    return true;
+  }
+  return ask(loop_.commands(), response, [&] {
+    const Answer answer = loop_.restart(std::move(*next));
     response.run_id = loop_.run_id();
     return answer;
   });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <thread>
 
 #include <fmt/format.h>
@@ -24,10 +25,15 @@ constexpr double kLinger = 0.5;
 constexpr double kTickRounding = 1.0e-9;
 constexpr double kStepTicksMax = 1.0e9;
 
-std::unique_ptr<BagRecorder> open_bag(const std::string& bag) {
+/// Between two messages of /clock after the end of a run, wall [s].
+constexpr double kIdleInterval = 0.05;
+
+std::unique_ptr<BagRecorder> open_bag(const std::string& bag, const FileBounds& bounds) {
   if (bag.empty()) return nullptr;
+  const std::string path = bounds.writable(::ros::this_node::getName(), "bag", bag, true);
   try {
-    return std::make_unique<BagRecorder>(bag_path(bag), ::ros::this_node::getName());
+    std::filesystem::create_directories(bounds.results());
+    return std::make_unique<BagRecorder>(bag_path(path), ::ros::this_node::getName());
   } catch (const std::runtime_error& e) {
     throw inputs::InputError(::ros::this_node::getName(), "bag", bag, e.what(), "a file or folder that can be written");
   }
@@ -41,26 +47,44 @@ std::vector<MessageSink*> sinks(Publishers& publishers, BagRecorder* bag) {
 
 }  // namespace
 
-SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters,
-                               const ScenarioSource& source)
+NextRun prepare(const RestartRequest& request, const ScenarioSource& current) {
+  ScenarioSource next = current;
+  if (!request.scenario.empty()) {
+    next = {};
+    next.name = "~restart";
+    next.tree = std::make_shared<const YAML::Node>(inputs::load_text(request.scenario, next.name));
+  } else if (request.parameters) {
+    next = read_scenario_source(*request.parameters, ::ros::this_node::getName());
+  }
+  next.add_overrides(request.overrides);
+  simulation::Simulation simulation(next.read());
+  return {std::move(next), std::move(simulation), request.start_paused};
+}
+
+SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters, const FileBounds& bounds,
+                               const ScenarioSource& source, LoopControl& control)
     : parameters_(parameters),
+      control_(control),
       source_(source),
       simulation_(simulation::Simulation(source.read())),
-      bag_(open_bag(parameters.bag)),
+      bag_(open_bag(parameters.bag, bounds)),
       publishers_(private_handle, parameters),
       diagnostics_(private_handle, parameters.diagnostics_period, parameters.overload_threshold),
       stream_(parameters.stream, sinks(publishers_, bag_.get())),
       pacer_(parameters.rate, interval()) {}
 
-int SimulationLoop::run(const std::atomic<bool>& stop) {
+int SimulationLoop::run() {
   start_run(std::move(*simulation_), parameters_.start_paused);
-  while (!stop && ::ros::ok()) {
+  while (!control_.stop && ::ros::ok()) {
     commands_.execute();
     const WallTime now = WallClock::now();
+    watch_clock();
     if (now >= diagnostics_.due()) report(now);
     if (has_ended() && parameters_.exit_when_done) break;
 
+    if (has_ended() && now >= idle_due_) keep_time_going(now);
     WallTime wait_until = std::min(now + wall_seconds(kWaitMax), diagnostics_.due());
+    if (has_ended()) wait_until = std::min(wait_until, idle_due_);
     if (state_ == State::running && !stepping_ && pacer_.paced()) {
       wait_until = std::min(wait_until, pacer_.due(static_cast<double>(tick_ + 1) * interval()));
     } else if (state_ == State::running || stepping_) {
@@ -75,7 +99,9 @@ int SimulationLoop::run(const std::atomic<bool>& stop) {
   if (stepping_) finish_step({false, "the node is shutting down"});
   commands_.close();
   if (bag_) {
+    control_.saving = true;
     bag_->close();
+    control_.saving = false;
     watch_bag();
     if (!bag_failed_) ROS_INFO_NAMED("run", "recorded %s", bag_->path().c_str());
   }
@@ -106,10 +132,12 @@ void SimulationLoop::tick() {
   const double before = simulation_->time();
   const double target = static_cast<double>(tick_ + 1) * interval();
   try {
-    simulation_->advance(target);
+    simulation_->advance(target, &control_.attention);
   } catch (const std::exception& e) {
     exception_ = e.what();
   }
+  const bool interrupted = simulation_->time() < target && !simulation_->ended() && exception_.empty();
+  if (interrupted) return;  // the rest when the one who waits is served
   ++tick_;
   if (simulation_->time() > before) stream_.grid_point(*simulation_, outcome());
   watch_bag();
@@ -132,6 +160,7 @@ void SimulationLoop::end_run() {
   const bool failed = outcome.ended == outcome::Ended::integration_failed;
   state_ = failed ? State::failed : State::ended;
   stream_.end_run(*simulation_, outcome, run_state());
+  idle_due_ = WallClock::now() + wall_seconds(kIdleInterval);
   report(WallClock::now());
   if (stepping_) finish_step({stepping_->left == 0, "the run has ended at " + at_time()});
   if (failed) {
@@ -217,26 +246,11 @@ void SimulationLoop::finish_step(const Answer& answer) {
   finished.done(answer, {finished.progress.ticks, simulation_->time()});
 }
 
-Answer SimulationLoop::restart(const RestartRequest& request) {
-  if (!request.scenario.empty() && request.parameters) {
-    return {false, "scenario and reload_parameters are both given: give at most one"};
-  }
-  ScenarioSource next = source_;
-  if (!request.scenario.empty()) {
-    next = {};
-    next.name = "~restart";
-    next.tree = std::make_shared<const YAML::Node>(inputs::load_text(request.scenario, next.name));
-  } else if (request.parameters) {
-    next = read_scenario_source(*request.parameters, ::ros::this_node::getName());
-  }
-  next.add_overrides(request.overrides);
-  simulation::Simulation simulation(next.read());
-
-  // From here on nothing can be refused.
+Answer SimulationLoop::restart(NextRun next) {
   if (stepping_) finish_step({false, "cut short by ~restart at " + at_time()});
-  source_ = next;
-  start_run(std::move(simulation), request.start_paused);
-  return {true, fmt::format("run {} {}", run_id(), request.start_paused ? "waits, paused" : "has started")};
+  source_ = std::move(next.source);
+  start_run(std::move(next.simulation), next.paused);
+  return {true, fmt::format("run {} {}", run_id(), next.paused ? "waits, paused" : "has started")};
 }
 
 RunState SimulationLoop::run_state() const {
@@ -248,6 +262,7 @@ RunState SimulationLoop::run_state() const {
     case State::failed: state.state = RunInfo::FAILED; break;
   }
   state.rate = pacer_.rate();
+  state.clock_publishers = clock_watch_.rivals();
   return state;
 }
 
@@ -257,6 +272,25 @@ void SimulationLoop::publish_run_info() {
   if (state_ == State::ended) message = outcome::to_string(outcome.ended);
   if (state_ == State::failed) message = outcome.message;
   stream_.run_info(*simulation_, run_state(), message);
+}
+
+void SimulationLoop::keep_time_going(WallTime now) {
+  idle_due_ = now + wall_seconds(kIdleInterval);  // never in bursts
+  stream_.idle(kIdleInterval * (pacer_.paced() ? pacer_.rate() : 1.0));
+}
+
+void SimulationLoop::watch_clock() {
+  const std::uint32_t changes = clock_watch_.changes();
+  if (changes == clock_changes_seen_) return;
+  clock_changes_seen_ = changes;
+  if (const std::vector<std::string> rivals = clock_watch_.rivals(); rivals.empty()) {
+    ROS_INFO_NAMED("clock", "/clock is published by one node again");
+  } else {
+    ROS_ERROR_NAMED("clock", "%s; all nodes that follow it are led astray: end one of them, or give it publish_clock:=false",
+                    rivals_text(rivals).c_str());
+  }
+  publish_run_info();
+  report(WallClock::now());
 }
 
 void SimulationLoop::watch_bag() {
@@ -283,6 +317,7 @@ void SimulationLoop::report(WallTime now) {
     health.achieved_rate = pacer_.take_achieved_rate(now, simulation_->time());
   }
   health.late_max = late_max_;
+  health.clock_publishers = clock_watch_.rivals();
   health.outcome = outcome();
   diagnostics_.report(now, stream_.now(), health);
   late_max_ = 0.0;

@@ -1,13 +1,7 @@
 #include "train_derail/ros/study_action.hpp"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
-#include <filesystem>
-#include <functional>
 #include <thread>
 
 #include <actionlib/server/action_server_base.h>
@@ -19,95 +13,18 @@
 #include "train_derail/RunStudyAction.h"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/ros/pacer.hpp"
-#include "train_derail/study/runner.hpp"
-#include "train_derail/study/study.hpp"
-#include "train_derail/study/summary.hpp"
+#include "train_derail/ros/study_process.hpp"
 
 namespace train_derail::ros_face {
 
 namespace {
 
 constexpr const char* kName = "run_study";
-constexpr std::uint32_t kJobsMax = 4096;
-/// Of the study's threads: the live simulation goes first where cores are scarce.
-constexpr int kNice = 10;
+constexpr std::size_t kTextMax = 1U << 20;  // bytes
 constexpr double kFeedbackInterval = 0.1;  // wall [s], at least
 constexpr double kStatusInterval = 0.2;    // wall [s]
 constexpr std::uint32_t kQueueSize = 50;
 constexpr std::ptrdiff_t kEndedKept = 10;  // goals, in ~run_study/status
-
-std::string absolute(const std::string& key, const std::string& path) {
-  if (std::filesystem::path(path).is_absolute()) return path;
-  throw inputs::InputError(std::string("~") + kName, key, path, path.empty() ? "missing" : "relative path",
-                           "an absolute path on the node's machine");
-}
-
-study::Study read(const RunStudyGoal& goal) {
-  if (goal.text.empty()) return study::read_study_file(absolute("file", goal.file));
-  return study::read_study_text(goal.text, goal.file.empty() ? std::string("~") + kName : absolute("file", goal.file));
-}
-
-RunStudyFeedback to_message(const study::Progress& p) {
-  RunStudyFeedback m;
-  m.done = p.done;
-  m.total = p.total;
-  m.failed = p.failed;
-  m.rate = p.rate;
-  m.eta = p.rate > 0.0 ? static_cast<double>(p.total - p.done) / p.rate : 0.0;
-  m.message = p.message;
-  return m;
-}
-
-/// The whole of a goal. `feedback` is called from the study's threads, one at a time.
-RunStudyResult run(const RunStudyGoal& goal, const std::function<void(const RunStudyFeedback&)>& feedback,
-                   const std::atomic<bool>& stop) {
-  RunStudyResult result;
-  result.folder = goal.folder;
-  try {
-    if (goal.jobs > kJobsMax) {
-      throw inputs::InputError(std::string("~") + kName, "jobs", std::to_string(goal.jobs), "out of range",
-                               fmt::format("0 to {}", kJobsMax));
-    }
-    const study::Study study = read(goal);
-    study::RunOptions options;
-    options.folder = absolute("folder", goal.folder);
-    options.jobs = static_cast<int>(goal.jobs);
-    options.resume = goal.resume != 0;
-    WallTime next{};
-    const study::RunReport report = study::run_study(
-        study, options,
-        [&](const study::Progress& p) {
-          if (const WallTime now = WallClock::now(); now >= next || p.done == p.total) {
-            next = now + wall_seconds(kFeedbackInterval);
-            feedback(to_message(p));
-          }
-        },
-        stop);
-    result.runs = report.runs;
-    result.computed = report.computed;
-    result.failed = report.failed;
-    result.wall_time = report.wall_time;
-    if (report.stopped) {
-      result.status = RunStudyResult::STOPPED;
-      result.message = fmt::format("stopped with {} runs on disk; resume computes the rest", report.runs);
-      return result;
-    }
-    study::write_results(goal.folder, study, report.failed, report.wall_time);
-    result.table = study::to_table(goal.folder, study);
-    result.status = RunStudyResult::DONE;
-    result.message = fmt::format("{} runs in {}", report.runs, goal.folder);
-    if (report.failed > 0) {
-      result.message += fmt::format("; {} of {} failed, their rows in runs.csv say why", report.failed, report.computed);
-    }
-  } catch (const inputs::InputError& e) {
-    result.status = RunStudyResult::INPUT_WRONG;
-    result.message = e.what();
-  } catch (const std::exception& e) {
-    result.status = RunStudyResult::OUTPUT_FAILED;
-    result.message = e.what();
-  }
-  return result;
-}
 
 }  // namespace
 
@@ -116,8 +33,9 @@ RunStudyResult run(const RunStudyGoal& goal, const std::function<void(const RunS
 /// that has ended makes way for a new one of its name.
 class StudyAction::Server : public actionlib::ActionServerBase<RunStudyAction> {
  public:
-  explicit Server(const ::ros::NodeHandle& private_handle)
+  Server(const ::ros::NodeHandle& private_handle, const FileBounds& bounds)
       : ActionServerBase([this](GoalHandle goal) { on_goal(goal); }, [this](GoalHandle) { stop_ = true; }),
+        bounds_(bounds),
         handle_(private_handle, kName),
         spinner_(1, &queue_) {
     handle_.setCallbackQueue(&queue_);
@@ -155,27 +73,49 @@ class StudyAction::Server : public actionlib::ActionServerBase<RunStudyAction> {
 
   // One thread calls it: the spinner's.
   void on_goal(GoalHandle goal) {
-    if (busy_) {
+    if (const std::string problem = why_refused(*goal.getGoal()); !problem.empty()) {
       RunStudyResult refused;
       refused.status = RunStudyResult::INPUT_WRONG;
-      refused.folder = goal.getGoal()->folder;
-      refused.message = fmt::format("~{}: another study is under way, in {}; cancel it first", kName, folder_);
-      goal.setRejected(refused, refused.message);
+      refused.message = problem;
+      goal.setRejected(refused, problem);
       return;
     }
     if (worker_.joinable()) worker_.join();
     busy_ = true;
     stop_ = false;
-    folder_ = goal.getGoal()->folder;
     goal.setAccepted();
     worker_ = std::thread([this, goal]() mutable { work(goal); });
   }
 
+  /// What can be said at once; empty if the goal may try.
+  std::string why_refused(const RunStudyGoal& goal) {
+    const std::string where = std::string("~") + kName;
+    if (busy_) return fmt::format("{}: another study is under way, in {}; cancel it first", where, folder_);
+    try {
+      if (goal.text.size() > kTextMax) {
+        throw inputs::InputError(where, "text", fmt::format("{} bytes", goal.text.size()), "too long",
+                                 fmt::format("at most {} bytes", kTextMax));
+      }
+      if (goal.jobs > study_jobs_max()) {
+        throw inputs::InputError(where, "jobs", std::to_string(goal.jobs), "out of range",
+                                 fmt::format("0 to {} on this machine", study_jobs_max()));
+      }
+      folder_ = bounds_.writable(where, "folder", goal.folder);
+    } catch (const inputs::InputError& e) {
+      return e.what();
+    }
+    return {};
+  }
+
   void work(GoalHandle& goal) {
-    // The threads that the study starts inherit it.
-    setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
-    const RunStudyResult result =
-        run(*goal.getGoal(), [&goal](const RunStudyFeedback& m) { goal.publishFeedback(m); }, stop_);
+    WallTime next{};
+    const auto on_feedback = [&](const RunStudyFeedback& m) {
+      const WallTime now = WallClock::now();
+      if (now < next && m.done < m.total) return;
+      next = now + wall_seconds(kFeedbackInterval);
+      goal.publishFeedback(m);
+    };
+    const RunStudyResult result = run_study_process(*goal.getGoal(), bounds_, on_feedback, stop_);
     busy_ = false;  // before the client knows: its next goal is welcome
     switch (result.status) {
       case RunStudyResult::DONE: goal.setSucceeded(result, result.message); break;
@@ -215,6 +155,7 @@ class StudyAction::Server : public actionlib::ActionServerBase<RunStudyAction> {
     status_list_.remove_if([&](const auto& tracker) { return ended(tracker) && surplus-- > 0; });
   }
 
+  const FileBounds bounds_;
   ::ros::CallbackQueue queue_;
   ::ros::NodeHandle handle_;
   ::ros::Publisher status_, feedback_, result_;
@@ -227,7 +168,8 @@ class StudyAction::Server : public actionlib::ActionServerBase<RunStudyAction> {
   std::string folder_;  // of the study under way
 };
 
-StudyAction::StudyAction(const ::ros::NodeHandle& private_handle) : server_(std::make_unique<Server>(private_handle)) {}
+StudyAction::StudyAction(const ::ros::NodeHandle& private_handle, const FileBounds& bounds)
+    : server_(std::make_unique<Server>(private_handle, bounds)) {}
 
 StudyAction::~StudyAction() = default;
 

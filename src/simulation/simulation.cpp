@@ -184,6 +184,7 @@ struct Simulation::Impl {
   outcome::Monitor monitor;
   solver::Integrator* integrator = nullptr;  // of motion
   double time = 0.0;
+  bool interrupted = false;  // the last call of advance(), by its `stop`: the next one is the rest of it
   std::int64_t next_sample = 0;
   bool pending = false;  // a car reaches the point of derailment at integrator->time()
   outcome::Ended ended = outcome::Ended::running;
@@ -210,8 +211,9 @@ struct Simulation::Impl {
   void advance_by_steps(double target, const std::atomic<bool>* stop) {
     target = std::min(target, scenario.stop.time_max);
     if (ended != outcome::Ended::running || time >= target) return;
-    monitor.forget_peaks();
+    if (!interrupted) monitor.forget_peaks();
     advance_to(target, stop);
+    interrupted = ended == outcome::Ended::running && time < target;
     // The step that ends here belongs to what has been run through; seen again it changes nothing.
     if (integrator->time() <= time) monitor.step(integrator->time(), integrator->state().data());
   }

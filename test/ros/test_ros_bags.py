@@ -89,6 +89,8 @@ class BagTest(unittest.TestCase):
         return process
 
     def launch(self, file, *arguments):
+        if file == 'sim.launch':
+            arguments = ('results_folder:=' + self.folder, *arguments)
         return self.start(['roslaunch', 'train_derail', file, 'rviz:=false', *arguments], cwd=self.folder,
                           env=dict(os.environ, PWD=self.folder))
 

@@ -96,6 +96,38 @@ class HardshipTest(unittest.TestCase):
         self.assertEqual(status(node, 'Threads'), threads)
         self.assertLess(status(node, 'VmRSS') - memory, 1024, 'kB more after 1000 restarts')
 
+    def test_it_ends_within_two_seconds_whatever_it_is_doing(self):
+        long_step = 'consist[0].count=300; output.interval=10; stop.time_max=10; solver.method=semi_implicit; solver.fixed_step=1e-5'
+        for name, parameters, request in [
+                ('in_a_step', {'rate': 0, 'set': long_step}, None),
+                ('restarting', {'rate': 1}, {'scenario': 'a: [' + 'x, ' * 300000 + ']'}),
+                ('stepping', {'rate': 0.001}, {'overrides': long_step.split('; ')}),
+        ]:
+            for which in (signal.SIGTERM, signal.SIGINT):
+                node = self.start_node('%s_%d' % (name, which), parameters)
+                service = '/%s_%d/restart' % (name, which)
+                rospy.wait_for_service(service, LIMIT)
+                if request:
+                    threading.Thread(target=self.ask, args=(service, request), daemon=True).start()
+                node.send_signal(which)
+                self.assertEqual(node.wait(2.0), 0, name)
+
+    @staticmethod
+    def ask(service, request):
+        try:
+            rospy.ServiceProxy(service, Restart)(**request)
+        except rospy.ServiceException:
+            pass  # it ends meanwhile
+
+    def test_a_long_step_does_not_keep_anybody_waiting(self):
+        self.start_node('long', {'rate': 0, 'set': 'consist[0].count=300; output.interval=10; stop.time_max=10; solver.method=semi_implicit; solver.fixed_step=1e-5'})
+        rospy.wait_for_service('/long/pause', LIMIT)
+        for service in ('/long/pause', '/long/resume', '/long/pause'):
+            asked = time.monotonic()
+            answer = rospy.ServiceProxy(service, Trigger)()
+            self.assertTrue(answer.success, answer.message)
+            self.assertLess(time.monotonic() - asked, 1.0)
+
     def test_a_subscriber_that_stops_reading_holds_nobody_up(self):
         node = self.start_node('unheard', {'rate': 0, 'start_paused': True, 'set': 'consist[0].count=100; stop.time_max=30'})
         rospy.wait_for_service('/unheard/resume', LIMIT)

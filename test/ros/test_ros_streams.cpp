@@ -50,8 +50,8 @@ class Streams : public testing::Test {
     ASSERT_TRUE(wait_for([] { return outcome->last().run_id == 2 && outcome->last().ended != Outcome::RUNNING; }));
     const ros::Time end = outcome->last().header.stamp;
     ASSERT_TRUE(wait_for([&] {
-      return cars->last().header.stamp == end && couplers->last().header.stamp == end && clock->last().clock == end &&
-             markers->last().markers.back().header.stamp == end && tf->last().transforms.at(0).header.stamp == end &&
+      return cars->last().header.stamp == end && couplers->last().header.stamp == end && clock->last().clock >= end &&
+             markers->last().markers.back().header.stamp == end && tf->last().transforms.at(0).header.stamp >= end &&
              !events->empty() && events->last().type == Event::END && run_info->last().state == RunInfo::ENDED;
     })) << "streams do not reach the end of the run at "
         << end << ": cars " << cars->last().header.stamp << ", couplers " << couplers->last().header.stamp << ", clock "
@@ -159,7 +159,7 @@ TEST_F(Streams, LateListenerFindsTheTreeOfARunThatStandsStill) {
   const auto t = buffer.lookupTransform("map", "car_012", ros::Time(0));
   EXPECT_EQ(t.transform.translation.x, cars->last().cars[11].x);
   Record<rosgraph_msgs::Clock> late("/clock");
-  EXPECT_TRUE(wait_for([&] { return !late.empty() && late.last().clock == cars->last().header.stamp; }));
+  EXPECT_TRUE(wait_for([&] { return !late.empty() && late.last().clock >= cars->last().header.stamp; }));
 }
 
 TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <sys/resource.h>
+
 #include <actionlib/client/simple_action_client.h>
 
 #include "child_process.hpp"
@@ -70,7 +72,9 @@ class StudyClient {
 class RosStudy : public testing::Test {
  protected:
   void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "derail_ros_study_XXXXXX").string();
+    ASSERT_TRUE(ros::param::get("/train_derail/results_folder", results_));
+    fs::create_directories(results_);
+    std::string pattern = results_ + "/XXXXXX";
     ASSERT_NE(mkdtemp(pattern.data()), nullptr);
     folder_ = pattern;
     write("scenario.yaml",
@@ -100,7 +104,7 @@ class RosStudy : public testing::Test {
 
   /// What the command line prints on standard error, without the program's name.
   std::string command_line(const std::string& study, const std::string& out, const std::string& more = "") const {
-    const std::string command = std::string(TRAIN_DERAIL_CLI) + " study " + study + " --out " + out + " --quiet " + more + " 2>&1";
+    const std::string command = std::string(TRAIN_DERAIL_CLI) + " study '" + study + "' --out '" + out + "' --quiet " + more + " 2>&1";
     std::string said;
     FILE* const pipe = popen(command.c_str(), "r");
     if (pipe == nullptr) return "no pipe";
@@ -118,6 +122,7 @@ class RosStudy : public testing::Test {
     }
   }
 
+  std::string results_;
   fs::path folder_;
   NodeClient node{"/train_derail"};
   StudyClient client{"/train_derail"};
@@ -235,17 +240,132 @@ TEST_F(RosStudy, WhatIsWrongIsSaidAsOnTheCommandLine) {
   EXPECT_NE(r.message.find("seed: was 1, is now 2"), std::string::npos) << r.message;
   EXPECT_EQ(r.message, command_line(path("study.yaml"), path("used"), "--resume"));
 
-  // What the command line takes and a node cannot.
+  // What the command line takes and a node does not.
   g = goal("x");
-  g.folder = "x";
-  expect_refused(false, client.result_of(g).message, {"~run_study", "folder = 'x'", "absolute"});
   g.folder = "";
-  expect_refused(false, client.result_of(g).message, {"~run_study", "folder", "missing", "absolute"});
-  g = goal("x");
-  g.file = "study.yaml";
-  expect_refused(false, client.result_of(g).message, {"~run_study", "file = 'study.yaml'", "absolute"});
+  expect_refused(false, client.result_of(g).message, {"~run_study", "folder", "missing", "below " + results_});
+  EXPECT_EQ(client.state(), State::REJECTED);
   g = goal("x", false, 5000);
-  expect_refused(false, client.result_of(g).message, {"~run_study", "jobs = '5000'", "0 to 4096"});
+  expect_refused(false, client.result_of(g).message, {"~run_study", "jobs = '5000'", "0 to "});
+  g = goal("x");
+  g.text = std::string((1U << 20) + 1, '#');
+  expect_refused(false, client.result_of(g).message, {"~run_study", "text", "1048577 bytes", "at most 1048576 bytes"});
+}
+
+TEST_F(RosStudy, FilesAreReadAndWrittenWhereTheyMayBeAndNowhereElse) {
+  // A secret of the node's user, right beside the folder of results and reachable from it.
+  const fs::path outside = fs::path(results_ + ".outside");
+  fs::create_directories(outside);
+  const std::string secret = "very-secret-token-4711: {";
+  std::ofstream(outside / "secret") << secret << "\n";
+  std::ofstream(outside / "scenario.yaml") << text_of(folder_ / "scenario.yaml");
+  fs::create_symlink(outside, folder_ / "link");
+  fs::create_symlink(outside / "secret", folder_ / "secret_link");
+  fs::create_symlink(outside / "new", folder_ / "dangling");
+  const std::string absolute = outside.string(), nul("/etc/passwd\0/x", 13);
+
+  for (const std::string& file : {absolute + "/secret", absolute + "/not_there", std::string("/etc/passwd"), std::string("../") + "derail ros study.outside/secret",
+                                  path("link/secret"), path("secret_link"), path("../../derail ros study.outside/secret"), nul,
+                                  std::string("/proc/self/environ"), results_ + "/"}) {
+    RunStudyGoal g = goal("x");
+    g.file = file;
+    const RunStudyResult r = client.result_of(g);
+    EXPECT_EQ(r.status, RunStudyResult::INPUT_WRONG) << file;
+    expect_refused(false, r.message, {"file"});
+    EXPECT_EQ(r.message.find("secret-token"), std::string::npos) << r.message;
+    EXPECT_EQ(r.message.find("root:"), std::string::npos) << r.message;
+    EXPECT_EQ(r.message.find('\0'), std::string::npos) << r.message;
+  }
+  // Whether it is there is not told either.
+  RunStudyGoal g = goal("x");
+  g.file = absolute + "/secret";
+  const std::string there = client.result_of(g).message;
+  g.file = absolute + "/absent";
+  std::string not_there = client.result_of(g).message;
+  not_there.replace(not_there.find("absent"), 6, "secret");
+  EXPECT_EQ(not_there, there);
+
+  for (const std::string& scenario : {absolute + "/scenario.yaml", std::string("link/scenario.yaml"), std::string("secret_link"), std::string("\"../x\\0y\"")}) {
+    g = goal("x");
+    g.text = "scenario: " + scenario + "\nfactors:\n  - {key: initial.speed, values: [1]}\n";
+    const RunStudyResult r = client.result_of(g);
+    EXPECT_EQ(r.status, RunStudyResult::INPUT_WRONG) << scenario;
+    expect_refused(false, r.message, {"scenario"});
+    EXPECT_EQ(r.message.find("secret-token"), std::string::npos) << r.message;
+  }
+
+  for (const std::string& folder : {absolute + "/x", std::string("/tmp/x"), std::string("../x"), path("../../x"), path("link/x"), path("dangling"), results_, std::string("."),
+                                    results_ + "/", std::string("x\ny"), nul, std::string(5000, 'x')}) {
+    g = goal("x");
+    g.folder = folder;
+    const RunStudyResult r = client.result_of(g);
+    EXPECT_EQ(r.status, RunStudyResult::INPUT_WRONG) << folder;
+    expect_refused(false, r.message, {"folder", "below " + results_});
+  }
+  EXPECT_FALSE(fs::exists(outside / "x"));
+  EXPECT_FALSE(fs::exists(outside / "new"));
+  EXPECT_FALSE(fs::exists(folder_ / "x"));
+
+  // The shipped studies may be read, by a path from their folder too; and a relative folder is below the results.
+  g = goal("x");
+  g.folder = folder_.filename().string() + "/relative";
+  g.file = "";
+  g.text = "scenario: " + std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/baseline.yaml\n" +
+           "factors:\n  - {key: stop.time_max, values: [0.1 s]}\n";
+  const RunStudyResult r = client.result_of(g);
+  EXPECT_EQ(r.status, RunStudyResult::DONE) << r.message;
+  EXPECT_EQ(r.folder, path("relative"));
+  EXPECT_TRUE(fs::exists(folder_ / "relative" / "runs.csv"));
+  g.text = "";
+  g.file = "studies/not_there.yaml";
+  expect_refused(false, client.result_of(g).message, {"config/studies/not_there.yaml"});
+  fs::remove_all(outside);
+}
+
+/// The process of the study under way; 0 if there is none.
+int study_process() {
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    if (text_of(entry.path() / "cmdline").rfind("train_derail_study", 0) == 0) return std::stoi(entry.path().filename().string());
+  }
+  return 0;
+}
+
+TEST_F(RosStudy, RunsInAProcessOfItsOwnThatIsModestAndEndsWithItsGoal) {
+  client.send(goal("results"));
+  ASSERT_TRUE(client.wait_for_runs(1));
+  const int pid = study_process();
+  ASSERT_GT(pid, 0);
+  EXPECT_EQ(getpriority(PRIO_PROCESS, static_cast<id_t>(pid)), 10);
+  const std::string limits = text_of("/proc/" + std::to_string(pid) + "/limits");
+  const std::string data = limits.substr(limits.find("Max data size"), 40);
+  EXPECT_EQ(data.find("unlimited"), std::string::npos) << data;
+  for (const auto& file : fs::directory_iterator("/proc/" + std::to_string(pid) + "/fd")) {
+    const std::string target = fs::read_symlink(file).string();
+    EXPECT_NE(target.rfind("socket:", 0), 0U) << "a connection of the node's: " << target;
+  }
+  // It dies of whatever: the goal says so, what is done is there, the node goes on.
+  kill(pid, SIGKILL);
+  ASSERT_TRUE(client.wait_until_done());
+  EXPECT_EQ(client.state(), State::ABORTED);
+  RunStudyResult r = client.result();
+  EXPECT_EQ(r.status, RunStudyResult::OUTPUT_FAILED);
+  expect_refused(false, r.message, {"~run_study", "signal 9", "runs are on disk", "resume"});
+  EXPECT_GE(r.runs, 1);
+  EXPECT_EQ(study_process(), 0);
+  EXPECT_TRUE(node.trigger("pause").success);
+
+  // It does not listen: it is killed.
+  client.send(goal("results", true));
+  ASSERT_TRUE(client.wait_for_runs(r.runs + 1));
+  kill(study_process(), SIGSTOP);
+  client.cancel();
+  ASSERT_TRUE(wait_for([&] { return client.state().isDone(); }, 2.0));
+  EXPECT_EQ(client.state(), State::PREEMPTED);
+  EXPECT_EQ(client.result().status, RunStudyResult::STOPPED);
+  EXPECT_EQ(study_process(), 0);
+  r = client.result_of(goal("results", true));
+  EXPECT_EQ(r.status, RunStudyResult::DONE) << r.message;
+  expect_table_of_command_line("results");
 }
 
 TEST_F(RosStudy, OneAtATime) {
@@ -285,6 +405,7 @@ TEST_F(RosStudy, KilledNodeLosesNothingButTheRunsInFlight) {
   ros::param::set(name + "/scenario", scenario);
   ros::param::set(name + "/start_paused", true);
   ros::param::set(name + "/publish/clock", false);
+  ros::param::set(name + "/results_folder", results_);
   const auto start = [&] {
     return std::make_unique<ChildProcess>(std::vector<std::string>{TRAIN_DERAIL_NODE, "__name:=doomed"});
   };
@@ -299,6 +420,7 @@ TEST_F(RosStudy, KilledNodeLosesNothingButTheRunsInFlight) {
   before->send(goal("results"));
   ASSERT_TRUE(before->wait_for_runs(3));
   doomed->kill_now();
+  EXPECT_TRUE(wait_for([] { return study_process() == 0; })) << "the study outlives its node";
   before.reset();
   const auto saved = finished();
   EXPECT_GE(saved, 3);

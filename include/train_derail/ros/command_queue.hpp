@@ -1,6 +1,7 @@
 // How service threads ask the simulation thread for something and wait for the answer.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -25,6 +26,9 @@ class CommandQueue {
   /// Runs in the simulation thread; answers the ticket at once or keeps it to answer later.
   using Work = std::function<void(const TicketPtr&)>;
 
+  /// `attention`, if there is one, is set when work has waited for a while, until all is done.
+  explicit CommandQueue(std::atomic<bool>* attention = nullptr) : attention_(attention) {}
+
   /// Service threads: blocks until answered. Work that is not begun within `timeout` is withdrawn and never runs, so
   /// that `work` may refer to the caller's locals.
   Answer call(Work work, WallClock::duration timeout);
@@ -42,6 +46,7 @@ class CommandQueue {
   std::condition_variable work_arrived_, answered_;
   std::deque<TicketPtr> waiting_;
   bool closed_ = false;
+  std::atomic<bool>* const attention_;
 };
 
 class CommandQueue::Ticket {

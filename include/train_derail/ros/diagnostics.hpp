@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -20,6 +21,7 @@ struct Health {
   std::optional<double> achieved_rate;  // since the last report; empty if nothing ran
   double lost_share = 0.0;              // of the wall time since the last report, given up as it could not be made good
   double late_max = 0.0;                // latest grid point since the last report [s]
+  std::vector<std::string> clock_publishers;  // if more than one
   outcome::Outcome outcome;
 };
 

@@ -31,6 +31,9 @@ class MessageSink {
   virtual void outcome(const Outcome& m) = 0;
   virtual void run_info(const RunInfo& m) = 0;
 
+  /// Time after the end of a run, and where everything stands: for those who listen, not for a record of the run.
+  virtual void idle(const rosgraph_msgs::Clock&, const tf2_msgs::TFMessage&) {}
+
   /// Markers are costly: they are made only if some sink wants them.
   virtual bool wants_markers() const = 0;
 };

@@ -22,7 +22,8 @@ struct NodeParameters {
   StreamOptions stream;
   bool publish_clock = true;
   bool publish_tf = true;
-  std::string bag;                  // file or folder to record to; empty: no recording
+  std::string results_folder;       // absolute: what is written, bags and results of studies, lies below it
+  std::string bag;                  // file or folder to record to, below results_folder; empty: no recording
   double overload_threshold = 0.1;  // share of wall time lost that is complained about [-]
   double diagnostics_period = 1.0;  // wall [s]
 };
@@ -48,8 +49,9 @@ ScenarioSource read_scenario_source(const XmlRpc::XmlRpcValue& tree, const std::
 /// What stands on the parameter server below `node_name`; an empty struct if nothing does.
 XmlRpc::XmlRpcValue fetch_parameters(const std::string& node_name);
 
-/// Numbers keep every digit. Throws inputs::InputError for what YAML cannot hold.
-YAML::Node to_yaml_tree(const XmlRpc::XmlRpcValue& value, const std::string& name);
+/// Numbers keep every digit. Throws inputs::InputError for what YAML cannot hold, and for what is nested too deeply.
+/// `depth`: levels around the value.
+YAML::Node to_yaml_tree(const XmlRpc::XmlRpcValue& value, const std::string& name, int depth = 0);
 
 /// Throws inputs::InputError unless `rate` is 0 or within 0.001 to 1000.
 void check_rate(double rate, const std::string& where);

@@ -25,6 +25,10 @@ class Publishers : public MessageSink {
   void impacts(const Impacts& m) override { publish(impacts_, m); }
   void outcome(const Outcome& m) override { publish(outcome_, m); }
   void run_info(const RunInfo& m) override { publish(run_info_, m); }
+  void idle(const rosgraph_msgs::Clock& m, const tf2_msgs::TFMessage& frames) override {
+    clock(m);
+    tf(frames);
+  }
   bool wants_markers() const override { return markers_ && markers_.getNumSubscribers() > 0; }
 
   /// Whether anybody listens to what the run yields.

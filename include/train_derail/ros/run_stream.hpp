@@ -26,6 +26,7 @@ struct StreamOptions {
 struct RunState {
   std::uint8_t state = RunInfo::RUNNING;  // of RunInfo
   double rate = 0.0;                      // wanted [-]
+  std::vector<std::string> clock_publishers;  // if more than one
 };
 
 class RunStream {
@@ -41,6 +42,9 @@ class RunStream {
   /// Last events, markers, impacts, outcome, state.
   void end_run(const simulation::Simulation& simulation, const outcome::Outcome& outcome, const RunState& state);
 
+  /// After the end: time goes on by `seconds`, and tf with it, so that nobody who follows them stands still. Not in bags.
+  void idle(double seconds);
+
   /// Sends the markers of the last grid point if they were left out.
   void complete_markers();
   void run_info(const simulation::Simulation& simulation, const RunState& state, const std::string& message = "");
@@ -55,6 +59,7 @@ class RunStream {
   void send(void (MessageSink::*topic)(const Message&), const Message& message) const {
     for (MessageSink* sink : sinks_) (sink->*topic)(message);
   }
+  tf2_msgs::TFMessage moving_frames(const std_msgs::Header& header) const;
   void send_grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
   void send_events(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
   /// If there is something new.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mutex>
 #include <vector>
 
 #include <ros/callback_queue.h>
@@ -33,6 +34,7 @@ class Services {
   bool get_inputs(GetInputs::Request& request, GetInputs::Response& response);
 
   SimulationLoop& loop_;
+  std::mutex restart_mutex_;
   ::ros::CallbackQueue queue_;
   ::ros::NodeHandle handle_;
   std::vector<::ros::ServiceServer> servers_;

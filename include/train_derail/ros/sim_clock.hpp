@@ -25,6 +25,8 @@ class SimClock {
   /// Newest stamp in use.
   const ::ros::Time& now() const { return now_; }
   void advance(double t) { now_ = std::max(now_, stamp(t)); }
+  /// Past the end of the run.
+  void advance_by(double seconds) { now_ += ::ros::Duration(seconds); }
 
   void start_run() {
     start_ = ::ros::Time(now_.sec + 1, 0);

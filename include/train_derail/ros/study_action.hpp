@@ -4,13 +4,15 @@
 
 #include <ros/node_handle.h>
 
+#include "train_derail/ros/file_bounds.hpp"
+
 namespace train_derail::ros_face {
 
-/// ~run_study: studies beside the live simulation, one at a time, on threads of lower priority. Knows nothing of the
-/// simulation loop. Destruction stops the study under way after the runs in flight; its journal is kept.
+/// ~run_study: studies beside the live simulation, one at a time, each in a process of its own. Knows nothing of the
+/// simulation loop. Destruction ends the study under way within a second; its journal is kept.
 class StudyAction {
  public:
-  explicit StudyAction(const ::ros::NodeHandle& private_handle);
+  StudyAction(const ::ros::NodeHandle& private_handle, const FileBounds& bounds);
   ~StudyAction();
 
  private:

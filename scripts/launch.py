@@ -1,0 +1,53 @@
+#!/usr/bin/python3
+"""roslaunch with an exit code: that of the first required node that has ended.
+
+  rosrun train_derail launch.py sim.launch exit_when_done:=true rate:=0 rviz:=false
+
+roslaunch itself ends with 0 whatever its nodes end with. Arguments as for roslaunch, without the
+package: a launch file of train_derail, or the path of any other.
+Exit codes: those of train_derail_node (0 done, 1 an output could not be written, 2 an input is wrong,
+3 the integration failed); 2 if the launch file cannot be read; 128 + n if a signal has ended the node.
+"""
+
+import os
+import sys
+
+import rosgraph.names
+import roslaunch
+import roslaunch.parent
+import roslaunch.rlutil
+
+
+class Deaths(roslaunch.pmon.ProcessListener):
+    """Remembers how each process has ended, in order."""
+
+    def __init__(self):
+        self.seen = []
+
+    def process_died(self, process_name, exit_code):
+        self.seen.append((process_name.rsplit('-', 1)[0], exit_code))
+
+
+def main(arguments):
+    if not arguments or arguments[0] in ('-h', '--help'):
+        print(__doc__.strip(), file=sys.stdout if arguments else sys.stderr)
+        return 0 if arguments else 2
+    name, *rest = arguments
+    deaths = Deaths()
+    try:
+        file = name if os.path.exists(name) else roslaunch.rlutil.resolve_launch_arguments(['train_derail', name])[0]
+        uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
+        roslaunch.configure_logging(uuid)
+        parent = roslaunch.parent.ROSLaunchParent(uuid, [(file, rest)], process_listeners=[deaths])
+        parent.start()
+        parent.spin()
+    except (roslaunch.RLException, roslaunch.xmlloader.XmlParseException) as e:
+        print(f'launch.py: {e}', file=sys.stderr)
+        return 2
+    required = {rosgraph.names.ns_join(n.namespace, n.name).lstrip('/') for n in parent.config.nodes if n.required}
+    code = next((code for node, code in deaths.seen if node in required), 0) or 0
+    return code if code >= 0 else 128 - code
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))
