@@ -25,12 +25,15 @@ void ForceRecord::add(const CouplerForces& message) {
   time = message.time;
   Sample sample{time, 0.0, 0.0};
   for (std::size_t i = 0; i < count; ++i) {
-    const double force = message.couplers[i].axial_force;
-    now[i] = force;
-    buff_peak[i] = std::max(buff_peak[i], force);
-    draft_peak[i] = std::max(draft_peak[i], -force);
-    sample.buff = std::max(sample.buff, force);
-    sample.draft = std::max(sample.draft, -force);
+    const CouplerForce& coupler = message.couplers[i];
+    now[i] = coupler.axial_force;
+    // Of the steps since the last message, not of the grid alone.
+    const double buff = std::max(coupler.axial_force, coupler.buff_peak);
+    const double draft = std::max(-coupler.axial_force, coupler.draft_peak);
+    buff_peak[i] = std::max(buff_peak[i], buff);
+    draft_peak[i] = std::max(draft_peak[i], draft);
+    sample.buff = std::max(sample.buff, buff);
+    sample.draft = std::max(sample.draft, draft);
   }
   if (!history.empty() && time <= history.back().time + sample_width) {
     history.back().buff = std::max(history.back().buff, sample.buff);

@@ -33,6 +33,18 @@ constexpr int kColumns = 3;
 /// While somebody types, the value is half there: it is checked when he rests.
 constexpr int kRestMs = 300;
 
+/// ", block 1 (locomotive, cars 1-2)"; empty if all cars are in one block.
+QString first_block(const InputTable& table) {
+  if (table.count("consist[1].count") == 0) return {};
+  const auto text = [&](const char* key) {
+    const auto item = table.find(key);
+    return item == table.end() ? QString() : QString::fromStdString(item->second.value);
+  };
+  const QString count = text("consist[0].count"), name = text("consist[0].name");
+  const QString cars = count == "1" ? QObject::tr("car 1") : QObject::tr("cars 1\u2013%1").arg(count);
+  return QObject::tr(",\nblock 1 (%1)").arg(name.isEmpty() ? cars : name + ", " + cars);
+}
+
 }  // namespace
 
 void InputsForm::Row::show(const std::string& text) const {
@@ -81,7 +93,8 @@ void InputsForm::add_row(const char* key, const char* label, bool is_choice) {
   rows_.push_back(std::make_unique<Row>());
   Row& row = *rows_.back();
   row.key = key;
-  row.label = new QLabel(tr(label), this);
+  row.title = tr(label);
+  row.label = new QLabel(row.title, this);
   row.si = new QLabel(this);
   make_secondary(row.si);
   if (is_choice) {
@@ -138,15 +151,17 @@ void InputsForm::check(Row& row, bool complete) {
   decorate(row);
 }
 
-void InputsForm::show_run(const std::string& yaml) {
+QString InputsForm::show_run(const std::string& yaml) {
   try {
     const YAML::Node tree = YAML::Load(yaml);
     table_ = make_input_table(inputs::read_scenario(tree, "inputs"));
     tree_.reset(tree);
-  } catch (const std::exception&) {
-    return;  // of a node of another version: the last inputs that could be read stay
+  } catch (const std::exception& e) {
+    unreadable_ = tr("The inputs of this run cannot be shown: %1").arg(e.what());  // of a node of another version, say
+    return unreadable_;
   }
-  const bool several_blocks = table_.count("consist[1].count") > 0;
+  unreadable_.clear();
+  const QString block = first_block(table_);
   for (const auto& r : rows_) {
     Row& row = *r;
     const InputItem& item = table_.at(row.key);
@@ -164,13 +179,11 @@ void InputsForm::show_run(const std::string& yaml) {
       row.show(item.value);
       row.si->setText(QString::fromStdString(item.value_si));
     }
-    if (row.key.rfind("consist[0]", 0) == 0) {
-      const QString text = row.label->text().remove(tr(", block 1"));
-      row.label->setText(several_blocks ? text + tr(", block 1") : text);
-    }
+    if (row.key.rfind("consist[0]", 0) == 0) row.label->setText(row.title + block);
     decorate(row);
   }
   Q_EMIT changed();
+  return {};
 }
 
 std::vector<std::string> InputsForm::overrides() const {
@@ -187,6 +200,8 @@ std::vector<std::string> InputsForm::overrides() const {
 
 QString InputsForm::error() const {
   for (const auto& row : rows_) {
+    // A bare number would go without the unit that is not shown.
+    if (row->differs && !unreadable_.isEmpty()) return unreadable_;
     if (row->differs && !row->error.isEmpty()) return row->error;
   }
   return {};

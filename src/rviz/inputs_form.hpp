@@ -23,8 +23,9 @@ class InputsForm : public QWidget {
  public:
   explicit InputsForm(QWidget* parent = nullptr);
 
-  /// `yaml`: the scenario of the run that is under way. What was typed and differs from it stays.
-  void show_run(const std::string& yaml);
+  /// `yaml`: the scenario of the run that is under way. What was typed and differs from it stays. Returns why it cannot be
+  /// shown; empty if it is.
+  QString show_run(const std::string& yaml);
   /// "key=value" for each input that differs from the run's, and the free ones.
   std::vector<std::string> overrides() const;
   /// Why the inputs cannot stand so; empty if they can.
@@ -45,6 +46,7 @@ class InputsForm : public QWidget {
  private:
   struct Row {
     std::string key;
+    QString title;
     QLabel* label = nullptr;
     QLineEdit* edit = nullptr;    // one of the two
     QComboBox* choice = nullptr;
@@ -69,6 +71,7 @@ class InputsForm : public QWidget {
   QTimer check_later_;
   YAML::Node tree_;    // of the run's scenario; null: no run known yet
   InputTable table_;   // of the same
+  QString unreadable_; // why the inputs of the run that is under way cannot be shown; empty if they are
 };
 
 }  // namespace train_derail::rviz_panel

@@ -1,11 +1,13 @@
 #include "rviz/node_link.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
 #include <mutex>
 
 #include <ros/callback_queue.h>
+#include <ros/message_event.h>
 #include <ros/names.h>
 #include <ros/node_handle.h>
 #include <ros/service.h>
@@ -13,6 +15,7 @@
 #include <std_srvs/Trigger.h>
 
 #include "rviz/service_call.hpp"
+#include "train_derail/ros/clock_watch.hpp"
 #include "train_derail/CarStates.h"
 #include "train_derail/Restart.h"
 #include "train_derail/SetRate.h"
@@ -78,6 +81,7 @@ struct NodeLink::Core {
   // Probe thread only.
   std::string subscribed_to;
   int silent_probes = 0;
+  ros_face::ClockRivals clock;
 
   ::ros::CallbackQueue queue;
   ::ros::NodeHandle handle;
@@ -115,10 +119,21 @@ struct NodeLink::Core {
       silent_probes = present && !data.run_info ? silent_probes + 1 : 0;
     }
     if (!present) service_calls.break_off();
-    const bool anew = present && (!was_present || node != subscribed_to || silent_probes >= kSilentProbesMax);
+    // A replay has topics, but no services.
+    const bool anew = node != subscribed_to || (present && (!was_present || silent_probes >= kSilentProbesMax));
     if (anew) subscribe(node);
+    const bool published = has_publishers();
+    const std::vector<std::string>& clock_publishers = clock.look();
     const std::lock_guard<std::mutex> lock(mutex);
-    if (node == data.node) data.present = present;
+    data.clock_publishers = clock_publishers;
+    if (node != data.node) return;
+    data.present = present;
+    if (!published) data.player.clear();
+  }
+
+  bool has_publishers() {
+    const std::lock_guard<std::mutex> lock(subscribers_mutex);
+    return std::any_of(subscribers.begin(), subscribers.end(), [](const ::ros::Subscriber& s) { return s.getNumPublishers() > 0; });
   }
 
   std::string current_node() const {
@@ -130,7 +145,7 @@ struct NodeLink::Core {
   void subscribe(const std::string& node) {
     const std::lock_guard<std::mutex> subscribers_lock(subscribers_mutex);
     subscribers.clear();
-    if (closed) return;
+    if (closed || node.empty()) return;
     {
       const std::lock_guard<std::mutex> lock(mutex);
       if (node != data.node) return;
@@ -139,6 +154,7 @@ struct NodeLink::Core {
       data.outcome.reset();
       data.train = {};
       data.forces = {};
+      data.player.clear();
       rate.clear();
     }
     silent_probes = 0;
@@ -162,21 +178,32 @@ struct NodeLink::Core {
     spinner.stop();
   }
 
-  void on_run_info(const RunInfo::ConstPtr& message) {
+  /// Of every message: who publishes the node's topics without being it. `mutex` is held.
+  template <class Message>
+  void see_publisher(const ::ros::MessageEvent<Message const>& event) {
+    const std::string name = event.getPublisherName();
+    data.player = name == data.node ? "" : name;
+  }
+  void on_run_info(const ::ros::MessageEvent<RunInfo const>& event) {
+    const RunInfo::ConstPtr message = event.getConstMessage();
     const std::lock_guard<std::mutex> lock(mutex);
+    see_publisher(event);
     const bool was_running = data.run_info && data.run_info->state == RunInfo::RUNNING;
     if (!was_running || message->state != RunInfo::RUNNING || message->rate != data.run_info->rate) rate.clear();
     data.run_info = message;
   }
-  void on_inputs(const Inputs::ConstPtr& message) {
+  void on_inputs(const ::ros::MessageEvent<Inputs const>& event) {
     const std::lock_guard<std::mutex> lock(mutex);
-    data.inputs = message;
+    see_publisher(event);
+    data.inputs = event.getConstMessage();
   }
-  void on_outcome(const Outcome::ConstPtr& message) {
+  void on_outcome(const ::ros::MessageEvent<Outcome const>& event) {
     const std::lock_guard<std::mutex> lock(mutex);
-    data.outcome = message;
+    see_publisher(event);
+    data.outcome = event.getConstMessage();
   }
-  void on_cars(const CarStates::ConstPtr& message) {
+  void on_cars(const ::ros::MessageEvent<CarStates const>& event) {
+    const CarStates::ConstPtr message = event.getConstMessage();
     TrainNow train;
     train.run_id = message->run_id;
     train.time = message->time;
@@ -187,12 +214,14 @@ struct NodeLink::Core {
     }
     if (!message->cars.empty()) train.speed_last = std::hypot(message->cars.back().vx, message->cars.back().vy);
     const std::lock_guard<std::mutex> lock(mutex);
+    see_publisher(event);
     data.train = train;
     rate.add(Clock::now(), train.time);
   }
-  void on_couplers(const CouplerForces::ConstPtr& message) {
+  void on_couplers(const ::ros::MessageEvent<CouplerForces const>& event) {
     const std::lock_guard<std::mutex> lock(mutex);
-    data.forces.add(*message);
+    see_publisher(event);
+    data.forces.add(*event.getConstMessage());
   }
 
   void answered(const std::string& node, Answer answer) {
@@ -219,7 +248,8 @@ void NodeLink::set_node(const std::string& node) {
 NodeView NodeLink::view() const {
   const std::lock_guard<std::mutex> lock(core_->mutex);
   NodeView view = core_->data;
-  const bool running = view.present && view.run_info && view.run_info->state == RunInfo::RUNNING;
+  const bool there = view.present || is_replay(view);
+  const bool running = there && view.run_info && view.run_info->state == RunInfo::RUNNING;
   if (running) view.achieved_rate = core_->rate.rate(Clock::now());
   return view;
 }

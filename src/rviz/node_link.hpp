@@ -37,6 +37,8 @@ struct NodeView {
   std::string node;       // resolved; empty if the name is not valid
   std::string name_error; // then
   bool present = false;   // its services can be reached
+  std::string player;     // another node that publishes its topics, most likely rosbag play; empty: none
+  std::vector<std::string> clock_publishers;  // if more than one: time jumps
   RunInfo::ConstPtr run_info;
   Inputs::ConstPtr inputs;
   Outcome::ConstPtr outcome;
@@ -46,6 +48,9 @@ struct NodeView {
   std::set<std::string> pending;        // services that have not answered yet
   Answer answer;                        // the last one; number 0: none
 };
+
+/// Whether what the node publishes comes from a bag: there is nothing to drive.
+inline bool is_replay(const NodeView& view) { return !view.present && !view.player.empty(); }
 
 /// Finds the node, follows it when it goes and comes, and never makes the caller wait. All methods are for one thread;
 /// what they lead to happens on threads of its own.

@@ -21,6 +21,10 @@ OutcomeTable::OutcomeTable(QWidget* parent) : QWidget(parent), grid_(new QGridLa
   grid_->setVerticalSpacing(1);
   grid_->setColumnStretch(1, 1);
   grid_->setColumnStretch(2, 1);
+  warnings_ = add_wide_row("warnings", "Warnings", "What should be looked at before these numbers are believed.");
+  warnings_.value->setWordWrap(true);
+  warnings_.value->setTextFormat(Qt::PlainText);
+  for (QLabel* label : {warnings_.title, warnings_.value}) set_text_color(label, error_color());
   derailed_ = add_wide_row("derailed", "Derailed cars",
                            "Cars whose centre of mass has passed the point of derailment; and cars of which a truck centre has "
                            "been sideways by more than outcome.off_track_threshold.");
@@ -79,6 +83,9 @@ void OutcomeTable::show_accident(const Outcome* outcome) {
     row.value->setText(value);
     row.si->setText(si);
   };
+  QStringList warnings;
+  for (const std::string& warning : o.warnings) warnings << QString::fromStdString(warning);
+  set(warnings_, !warnings.isEmpty(), warnings.join('\n'));
   const std::uint32_t by_cause = o.derailed_by_pod + o.derailed_by_lateral + o.derailed_by_torn_track;
   set(causes_, by_cause > 0,
       tr("%1 point, %2 lateral, %3 torn track").arg(o.derailed_by_pod).arg(o.derailed_by_lateral).arg(o.derailed_by_torn_track));

@@ -7,6 +7,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "rviz/look.hpp"
+#include "train_derail/ros/clock_watch.hpp"
 
 namespace train_derail::rviz_panel {
 
@@ -17,6 +18,17 @@ constexpr int kRefreshMs = 100;
 constexpr const char* kFastest = "fastest";  // rate 0
 
 QString rate_text(double rate) { return rate == 0.0 ? QString(kFastest) : QString::number(rate, 'g', 4); }
+
+QString capitalized(const std::string& text) {
+  QString result = QString::fromStdString(text);
+  return result.isEmpty() ? result : result.replace(0, 1, result[0].toUpper());
+}
+
+QString replay_reason(const NodeView& view) {
+  return QObject::tr("A replay: %1 plays the topics of %2. It shows what was recorded and cannot be driven from here; the player's "
+                     "own keys are in its terminal: space to pause and go on, s to step.")
+      .arg(QString::fromStdString(view.player), QString::fromStdString(view.node));
+}
 
 QVBoxLayout* make_column(QWidget* box) {
   auto* column = new QVBoxLayout(box);
@@ -42,6 +54,7 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   presence_ = new QLabel(content);
   presence_->setObjectName("presence");
   presence_->setWordWrap(true);
+  presence_->setTextFormat(Qt::PlainText);
   column->addWidget(presence_);
 
   live_ = new QWidget(content);
@@ -97,6 +110,7 @@ QWidget* SimulationPanel::make_run_box() {
   auto* first = new QHBoxLayout;
   state_ = new QLabel(box);
   state_->setObjectName("state");
+  state_->setTextFormat(Qt::PlainText);
   QFont bold = state_->font();
   bold.setBold(true);
   state_->setFont(bold);
@@ -197,7 +211,8 @@ void SimulationPanel::refresh() {
   enable_buttons(view);
   if (view.inputs && view.inputs != inputs_seen_) {
     inputs_seen_ = view.inputs;
-    inputs_->show_run(view.inputs->yaml);
+    const QString problem = inputs_->show_run(view.inputs->yaml);
+    if (!problem.isEmpty()) show_message(problem, error_color());
   }
   if (view.answer.number != answer_seen_) {
     answer_seen_ = view.answer.number;
@@ -218,14 +233,18 @@ void SimulationPanel::keep_width() {
 
 void SimulationPanel::show_presence(const NodeView& view) {
   const bool known = view.run_info && view.inputs;
+  const QString node = QString::fromStdString(view.node);
   QString text;
   if (view.node.empty()) text = tr("Not a node's name: %1").arg(QString::fromStdString(view.name_error));
-  else if (!view.present) text = tr("No simulation at %1. Waiting for it.").arg(QString::fromStdString(view.node));
-  else if (!known) text = tr("%1 is there but has sent nothing yet.").arg(QString::fromStdString(view.node));
+  else if (is_replay(view)) text = replay_reason(view);
+  else if (!view.present) text = tr("No simulation at %1. Waiting for it.").arg(node);
+  else if (!known) text = tr("%1 is there but has sent nothing yet.").arg(node);
+  const bool rivals = !view.clock_publishers.empty();
+  if (rivals) text += (text.isEmpty() ? "" : "\n") + capitalized(ros_face::rivals_text(view.clock_publishers)) + ".";
   presence_->setText(text);
   presence_->setVisible(!text.isEmpty());
-  set_text_color(presence_, view.node.empty() ? error_color() : waiting_color());
-  live_->setEnabled(view.present && known);
+  set_text_color(presence_, view.node.empty() || rivals ? error_color() : waiting_color());
+  live_->setEnabled((view.present && known) || is_replay(view));
 }
 
 void SimulationPanel::show_run(const NodeView& view) {
@@ -248,11 +267,11 @@ void SimulationPanel::show_run(const NodeView& view) {
   if (!info.message.empty()) state += ": " + QString::fromStdString(info.message);
   if (info.state == RunInfo::ENDED) state.replace('_', ' ');
   state_->setText(tr("Run %1 %2").arg(info.run_id).arg(state));
-  state_->setToolTip(QString::fromStdString(info.title));
+  state_->setToolTip("<p>" + QString::fromStdString(info.title).toHtmlEscaped() + "</p>");
   set_text_color(state_, color);
   const double time = view.train.run_id == info.run_id ? view.train.time : info.time;
   QString text = tr("%1 s").arg(time, 0, 'f', 2);
-  if (info.state == RunInfo::RUNNING && view.present) {
+  if (info.state == RunInfo::RUNNING && (view.present || is_replay(view))) {
     text += view.achieved_rate ? tr(", rate %1").arg(*view.achieved_rate, 0, 'f', 2) : tr(", rate \u2026");
   }
   time_->setText(text);
@@ -265,13 +284,19 @@ void SimulationPanel::enable_buttons(const NodeView& view) {
   const auto pending = [&](const char* service) { return view.pending.count(service) > 0; };
   const int state = view.run_info ? view.run_info->state : -1;
   const bool stepping = pending("step");
-  const auto set = [](QWidget* widget, bool enabled) {
+  const bool drivable = !is_replay(view);
+  const auto set = [drivable](QWidget* widget, bool enabled) {
+    enabled = enabled && drivable;
     if (widget->isEnabledTo(widget->parentWidget()) != enabled) widget->setEnabled(enabled);
   };
   set(run_, state == RunInfo::PAUSED && !stepping && !pending("resume"));
   set(pause_, (state == RunInfo::RUNNING || stepping) && !pending("pause"));
   set(step_, state == RunInfo::PAUSED && !stepping);
+  set(ticks_, true);
+  set(rate_, true);
+  set(inputs_, true);
   set(restart_, !pending("restart"));
+  set(start_paused_, true);
   set(revert_, inputs_->differs());
 }
 

@@ -1,5 +1,7 @@
 // The panel inside RViz on a virtual display, clicked and typed at, with a real node that comes, goes and freezes.
+#include <clocale>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 
 #include <QApplication>
@@ -23,6 +25,7 @@
 
 #include "child_process.hpp"
 #include "node_client.hpp"
+#include "train_derail/GetInputs.h"
 #include "train_derail/Inputs.h"
 
 namespace train_derail::test {
@@ -404,6 +407,110 @@ TEST_F(Panel, IsSavedAndLoadedWithTheConfiguration) {
   ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && inputs.last().run_id == 3; }));
   EXPECT_DOUBLE_EQ(inputs.last().speed, 61 * kMph);
   EXPECT_EQ(inputs.last().rtol, 1.0e-6);
+}
+
+TEST_F(Panel, ShowsAReplayAndSaysThatItIsOne) {
+  const std::string bag = file("run.bag"), scenario = file("scenario.yaml");
+  std::ofstream(scenario) << "title: from a bag\nconsist:\n  - {count: 12, length: 61.1 ft, weight: 150 kip}\n"
+                             "initial: {speed: 37 mph, yaw_rate: 0.2}\nstop: {time_max: 3 s}\n";
+  ASSERT_EQ(std::system((TRAIN_DERAIL_CLI " run --quiet --bag '" + bag + "' '" + scenario + "'").c_str()), 0);
+  Record<Outcome> outcome("/train_derail/outcome");
+  auto player = std::make_unique<ChildProcess>(std::vector<std::string>{
+      "/usr/lib/rosbag/play", "--clock", "--hz=200", "--rate=4", "--keep-alive", bag, "__name:=player"});
+  ASSERT_TRUE(wait_in_rviz([&] { return presence().find("A replay: /player plays the topics of /train_derail") == 0; })) << presence();
+  EXPECT_EQ(presence().find("time jumps"), std::string::npos) << presence();
+  ASSERT_TRUE(wait_for_state("Run 1 ended: time max")) << state();
+  ASSERT_TRUE(wait_in_rviz([&] { return !outcome.empty() && outcome.last().ended == Outcome::TIME_MAX; }));
+  const auto text = [&](const char* name) { return label(name)->text().toStdString(); };
+  EXPECT_TRUE(wait_in_rviz([&] {
+    return text("outcome:buff").find(" at " + std::to_string(outcome.last().coupler_buff_peak_coupler)) != std::string::npos;
+  })) << text("outcome:buff");
+  EXPECT_TRUE(label("outcome:buff")->isEnabled());
+  EXPECT_EQ(text("time"), "3.00 s");
+  EXPECT_EQ(edit("input:initial.speed")->text(), "37 mph");
+  for (const char* name : {"run", "pause", "step", "restart", "revert"}) EXPECT_FALSE(button(name)->isEnabled()) << name;
+  EXPECT_FALSE(find<QComboBox>("rate")->isEnabled());
+  EXPECT_FALSE(edit("input:initial.speed")->isEnabled());
+
+  // A simulator beside it: time jumps.
+  start_node();
+  EXPECT_TRUE(wait_in_rviz([&] { return presence().find("Time jumps: /clock is published by /player and /train_derail") != std::string::npos; }))
+      << presence();
+  player.reset();
+  EXPECT_TRUE(wait_in_rviz([&] { return !label("presence")->isVisible() && usable() && state() == "Run 1 paused"; })) << presence();
+  EXPECT_TRUE(edit("input:initial.speed")->isEnabled());
+}
+
+TEST_F(Panel, NamesTheBlockThatItsInputsBelongTo) {
+  start_node_and_wait();
+  const auto label_of = [&](const char* name) {
+    for (const QLabel* l : frame->findChildren<QLabel*>()) {
+      if (l->buddy() == edit(name)) return l->text().toStdString();
+    }
+    return std::string();
+  };
+  EXPECT_EQ(label_of("input:consist[0].weight"), "Car &weight") << "there is one block only";
+  ASSERT_TRUE(NodeClient(kNode).restart({}, true, "consist:\n  - {name: locomotive, count: 2, length: 70 ft, weight: 420 kip}\n"
+                                                  "  - {name: tank_car, count: 9, length: 55 ft, weight: 286 kip}\n"
+                                                  "initial: {speed: 30 mph, yaw_rate: 0}\n").success);
+  EXPECT_TRUE(wait_in_rviz([&] { return label_of("input:consist[0].weight") == "Car &weight,\nblock 1 (locomotive, cars 1\u20132)"; }))
+      << label_of("input:consist[0].weight");
+}
+
+TEST_F(Panel, SaysWhyInputsCannotBeShownAndSendsNoneWithoutAUnit) {
+  ros::NodeHandle handle;
+  int restarts = 0;
+  const auto get_inputs = handle.advertiseService<GetInputs::Request, GetInputs::Response>(
+      "/fake/get_inputs", [](GetInputs::Request&, GetInputs::Response&) { return true; });
+  const auto restart = handle.advertiseService<Restart::Request, Restart::Response>(
+      "/fake/restart", [&](Restart::Request&, Restart::Response&) { return ++restarts > 0; });
+  const auto inputs_topic = handle.advertise<Inputs>("/fake/inputs", 1, true);
+  const auto info_topic = handle.advertise<RunInfo>("/fake/run_info", 1, true);
+  Inputs wrong;
+  wrong.yaml = "of: another version";
+  inputs_topic.publish(wrong);
+  info_topic.publish(RunInfo());
+  type("node", "/fake");
+  QTest::keyClick(edit("node"), Qt::Key_Return);
+  ASSERT_TRUE(wait_in_rviz([&] { return message().find("The inputs of this run cannot be shown: ") == 0; })) << message();
+  EXPECT_NE(message().find("another version"), std::string::npos) << message();
+  EXPECT_TRUE(message_is_red());
+  EXPECT_TRUE(label("message")->isVisible());
+  type("input:initial.speed", "12");
+  label("message")->clear();
+  click("restart");
+  EXPECT_TRUE(wait_in_rviz([&] { return message().find("The inputs of this run cannot be shown: ") == 0; })) << message();
+  EXPECT_EQ(restarts, 0);
+  type("node", "/train_derail");
+  QTest::keyClick(edit("node"), Qt::Key_Return);
+}
+
+/// In the user's locale, whatever that is: decimal points are points.
+TEST_F(Panel, ReadsAndShowsNumbersTheSameInAnyLocale) {
+  const char* wanted = std::getenv("DECIMAL_POINT");
+  if (wanted != nullptr) ASSERT_STREQ(std::localeconv()->decimal_point, wanted) << "the locale is not in use";
+  start_node_and_wait();
+  EXPECT_EQ(edit("input:initial.speed")->text(), "37 mph");
+  EXPECT_EQ(edit("input:initial.yaw_rate")->text(), "0.2 rad/s");
+  type("input:initial.yaw_rate", "0.25");
+  type("input:initial.speed", "12.5");
+  QTest::keyClick(edit("input:initial.speed"), Qt::Key_Return);
+  EXPECT_EQ(edit("input:initial.speed")->text(), "12.5 mph");
+  type("input:coupler.slack", "1.5 inch");
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && inputs.last().run_id == 2; })) << message();
+  EXPECT_DOUBLE_EQ(inputs.last().speed, 12.5 * kMph);
+  EXPECT_DOUBLE_EQ(inputs.last().yaw_rate, 0.25);
+  EXPECT_NEAR(inputs.last().coupler_slack, 0.0381, 1e-12);
+  auto* rate = find<QComboBox>("rate");
+  rate->setFocus();
+  rate->lineEdit()->selectAll();
+  QTest::keyClicks(rate, "0.25\r");
+  EXPECT_TRUE(wait_in_rviz([&] { return !run_info.empty() && run_info.last().rate == 0.25; }));
+  EXPECT_TRUE(wait_in_rviz([&] { return label("time")->text().contains('.'); })) << label("time")->text().toStdString();
+  // A comma is no point anywhere: refused aloud.
+  type("input:initial.speed", "12,5 mph");
+  EXPECT_TRUE(wait_in_rviz([&] { return is_wrong("input:initial.speed"); }));
 }
 
 }  // namespace

@@ -40,6 +40,19 @@ TEST(ForceRecord, KeepsThePeaksOfEachCouplerAndOfTheTrain) {
   EXPECT_EQ(record.history[1].draft, 20.0);
 }
 
+TEST(ForceRecord, APeakBetweenTwoMessagesIsOne) {
+  ForceRecord record;
+  CouplerForces message = forces(1, 0.02, {10.0, -5.0});
+  message.couplers[0].buff_peak = 300.0;
+  message.couplers[1].draft_peak = 200.0;
+  record.add(message);
+  EXPECT_EQ(record.now, (std::vector<double>{10.0, -5.0}));
+  EXPECT_EQ(record.buff_peak, (std::vector<double>{300.0, 0.0}));
+  EXPECT_EQ(record.draft_peak, (std::vector<double>{0.0, 200.0}));
+  EXPECT_EQ(record.history.back().buff, 300.0);
+  EXPECT_EQ(record.history.back().draft, 200.0);
+}
+
 TEST(ForceRecord, BeginsAnewWithAnotherRunAndWithARestartedNode) {
   ForceRecord record;
   record.add(forces(2, 5.0, {100.0}));
