@@ -4,6 +4,7 @@
 // 1000 kip); ~resume, start a paused simulator once its topics arrive, so that nothing of the run is missed (default:
 // false). Publishes ~report, latched: first a summary, then one status a coupler and direction that has been above.
 // Exit codes: 0 done, 2 a parameter is not valid.
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <exception>
@@ -127,9 +128,12 @@ class CouplerOverloadMonitor {
 
   void on_couplers(const CouplerForces& message) {
     stamp_ = std::max(stamp_, message.header.stamp);
-    forces_.clear();
-    for (const CouplerForce& coupler : message.couplers) forces_.push_back(coupler.axial_force);
-    if (watch_.observe(message.run_id, message.time, forces_)) report_.publish(to_message(watch_.report(), stamp_));
+    peaks_.clear();
+    // What a coupler carries at the point itself belongs to what it has carried since the last one.
+    for (const CouplerForce& c : message.couplers) {
+      peaks_.push_back({std::max(c.buff_peak, c.axial_force), std::max(c.draft_peak, -c.axial_force)});
+    }
+    if (watch_.observe(message.run_id, message.time, peaks_)) report_.publish(to_message(watch_.report(), stamp_));
     after_message();
   }
 
@@ -155,7 +159,7 @@ class CouplerOverloadMonitor {
   bool resume_;  // still to be done
   bool paused_ = false;
   ::ros::Time stamp_;  // newest one seen
-  std::vector<double> forces_;
+  std::vector<Peaks> peaks_;
   std::string simulator_;
   ::ros::Publisher report_;
   ::ros::Subscriber run_info_, couplers_;

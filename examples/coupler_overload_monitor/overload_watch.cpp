@@ -54,7 +54,7 @@ void OverloadWatch::run_info(std::uint32_t run_id, double interval, std::optiona
   infos_[run_id] = {interval, end};
 }
 
-bool OverloadWatch::observe(std::uint32_t run_id, double time, const std::vector<double>& forces) {
+bool OverloadWatch::observe(std::uint32_t run_id, double time, const std::vector<Peaks>& peaks) {
   if (run_ && run_->run_id == run_id && run_->time == time) return false;
   if (!run_ || run_->run_id != run_id || time < run_->time) {
     if (unfinished()) cut_short_.push_back(report());
@@ -64,15 +64,15 @@ bool OverloadWatch::observe(std::uint32_t run_id, double time, const std::vector
     run_.emplace();
     run_->run_id = run_id;
     run_->threshold = threshold_;
-    run_->loads.resize(forces.size());
+    run_->loads.resize(peaks.size());
     reported_ = false;
   }
   run_->time = time;
   ++run_->points;
   bool news = false;
-  for (std::size_t i = 0; i < std::min(forces.size(), run_->loads.size()); ++i) {
-    news |= add(run_->loads[i].buff, time, forces[i], threshold_);
-    news |= add(run_->loads[i].draft, time, -forces[i], threshold_);
+  for (std::size_t i = 0; i < std::min(peaks.size(), run_->loads.size()); ++i) {
+    news |= add(run_->loads[i].buff, time, peaks[i].buff, threshold_);
+    news |= add(run_->loads[i].draft, time, peaks[i].draft, threshold_);
   }
   return news;
 }

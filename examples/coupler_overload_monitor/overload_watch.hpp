@@ -10,12 +10,17 @@
 
 namespace train_derail::examples {
 
-/// One coupler in one direction, as seen at the points of the grid of simulated time.
+/// What has happened to one coupler since the point before: the largest compression and tension, magnitudes [N].
+struct Peaks {
+  double buff = 0.0, draft = 0.0;
+};
+
+/// One coupler in one direction, from point to point of the grid of simulated time.
 struct Load {
-  std::size_t points_above = 0;  // points of the grid at which the force was above the threshold
+  std::size_t points_above = 0;  // points of the grid up to which, from the one before, the force has been above the threshold
   double first_time = 0.0;       // the first of them [s]
-  double peak = 0.0;             // largest magnitude at any point [N]
-  double peak_time = 0.0;        // s
+  double peak = 0.0;             // largest magnitude, also between points [N]
+  double peak_time = 0.0;        // of the point after it [s]
 };
 
 struct CouplerLoads {
@@ -31,7 +36,7 @@ struct RunReport {
   std::size_t points = 0;           // of the grid that were seen
   std::vector<CouplerLoads> loads;  // loads[0] is coupler 1
 
-  /// Each point above the threshold stands for one interval; nothing while the interval is not known [s].
+  /// Each point above the threshold stands for the interval before it; nothing while the interval is not known [s].
   std::optional<double> time_above(const Load& load) const;
   /// Points between time 0 and the last one that never came; 0 while the interval is not known.
   std::size_t missed() const;
@@ -49,10 +54,9 @@ class OverloadWatch {
   /// What is known of a run: spacing of its grid, and the time of its last point once it has ended [s].
   void run_info(std::uint32_t run_id, double interval, std::optional<double> end);
 
-  /// Axial forces of all couplers at one point of the grid, buff positive [N]. A point seen before is passed over;
-  /// another run, or an earlier time, begins anew. True if a coupler is above in one direction for the first time in
-  /// the run.
-  bool observe(std::uint32_t run_id, double time, const std::vector<double>& forces);
+  /// Peaks of all couplers up to one point of the grid. A point seen before is passed over; another run, or an earlier time,
+  /// begins anew. True if a coupler is above in one direction for the first time in the run.
+  bool observe(std::uint32_t run_id, double time, const std::vector<Peaks>& peaks);
 
   /// Runs that are over, oldest first, each given once.
   std::vector<RunReport> take_finished();

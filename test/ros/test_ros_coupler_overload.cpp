@@ -47,15 +47,18 @@ std::map<std::pair<std::string, std::string>, Expected> expected_loads(const inp
     simulation.advance(tick * scenario.output.interval);
     const simulation::Snapshot now = simulation.snapshot();
     for (std::size_t i = 0; i < now.couplers.size(); ++i) {
-      const double force = now.couplers[i].axial_force;
-      Expected& e = all[{std::to_string(i + 1), force > 0.0 ? "buff" : "draft"}];
-      if (std::abs(force) > e.peak) {
-        e.peak = std::abs(force);
-        e.peak_time = now.time;
+      const simulation::CouplerSnapshot& c = now.couplers[i];
+      for (const auto& [direction, force] : {std::pair("buff", std::max(c.buff_peak, c.axial_force)),
+                                             std::pair("draft", std::max(c.draft_peak, -c.axial_force))}) {
+        Expected& e = all[{std::to_string(i + 1), direction}];
+        if (force > e.peak) {
+          e.peak = force;
+          e.peak_time = now.time;
+        }
+        if (force <= kThreshold) continue;
+        if (e.first < 0.0) e.first = now.time;
+        e.above += scenario.output.interval;
       }
-      if (std::abs(force) <= kThreshold) continue;
-      if (e.first < 0.0) e.first = now.time;
-      e.above += scenario.output.interval;
     }
     if (simulation.ended() || simulation.time() >= end) break;
   }
