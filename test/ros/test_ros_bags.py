@@ -158,7 +158,10 @@ class BagTest(unittest.TestCase):
                 # roscpp may send the latched message twice to who connects while it is published.
                 a = list(dict.fromkeys(self.plain(m) for _, m, _ in outside.read_messages([topic])))
                 b = [self.plain(m) for _, m, _ in ours.read_messages([topic])]
-                self.assertEqual(a, b, topic)
+                self.assertEqual(a[:len(b)], b, topic)
+                # After the end tf goes on with the clock; that is none of the run's, and in no bag of ours.
+                if topic != '/tf':
+                    self.assertEqual(len(a), len(b), topic)
 
     @staticmethod
     def received(node, topic):
