@@ -460,10 +460,10 @@ TEST_F(Panel, NamesTheBlockThatItsInputsBelongTo) {
 TEST_F(Panel, SaysWhyInputsCannotBeShownAndSendsNoneWithoutAUnit) {
   ros::NodeHandle handle;
   int restarts = 0;
-  const auto get_inputs = handle.advertiseService<GetInputs::Request, GetInputs::Response>(
-      "/fake/get_inputs", [](GetInputs::Request&, GetInputs::Response&) { return true; });
-  const auto restart = handle.advertiseService<Restart::Request, Restart::Response>(
-      "/fake/restart", [&](Restart::Request&, Restart::Response&) { return ++restarts > 0; });
+  const boost::function<bool(GetInputs::Request&, GetInputs::Response&)> answer = [](GetInputs::Request&, GetInputs::Response&) { return true; };
+  const boost::function<bool(Restart::Request&, Restart::Response&)> count = [&](Restart::Request&, Restart::Response&) { return ++restarts > 0; };
+  const ros::ServiceServer get_inputs = handle.advertiseService("/fake/get_inputs", answer);
+  const ros::ServiceServer restart = handle.advertiseService("/fake/restart", count);
   const auto inputs_topic = handle.advertise<Inputs>("/fake/inputs", 1, true);
   const auto info_topic = handle.advertise<RunInfo>("/fake/run_info", 1, true);
   Inputs wrong;
@@ -488,7 +488,9 @@ TEST_F(Panel, SaysWhyInputsCannotBeShownAndSendsNoneWithoutAUnit) {
 /// In the user's locale, whatever that is: decimal points are points.
 TEST_F(Panel, ReadsAndShowsNumbersTheSameInAnyLocale) {
   const char* wanted = std::getenv("DECIMAL_POINT");
-  if (wanted != nullptr) ASSERT_STREQ(std::localeconv()->decimal_point, wanted) << "the locale is not in use";
+  if (wanted != nullptr) {
+    ASSERT_STREQ(std::localeconv()->decimal_point, wanted) << "the locale is not in use";
+  }
   start_node_and_wait();
   EXPECT_EQ(edit("input:initial.speed")->text(), "37 mph");
   EXPECT_EQ(edit("input:initial.yaw_rate")->text(), "0.2 rad/s");
