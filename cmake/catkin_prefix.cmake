@@ -14,14 +14,13 @@ endmacro()
 # To be called after catkin_package().
 macro(train_derail_restore_prefix)
   if(train_derail_prefix)
-    configure_file("${catkin_EXTRAS_DIR}/templates/_setup_util.py.in" "${CMAKE_BINARY_DIR}/catkin_generated/installspace/_setup_util.py" @ONLY)
     set(CMAKE_INSTALL_PREFIX "${train_derail_prefix}")
     file(WRITE "${CMAKE_BINARY_DIR}/catkin_generated/installspace/.catkin" "")
     set(root_files .catkin .rosinstall local_setup.bash local_setup.sh local_setup.zsh setup.bash setup.sh setup.zsh)
     list(TRANSFORM root_files PREPEND "${CMAKE_BINARY_DIR}/catkin_generated/installspace/")
     install(FILES ${root_files} DESTINATION .)
     install(PROGRAMS
-      "${CMAKE_BINARY_DIR}/catkin_generated/installspace/_setup_util.py"
+      "${CATKIN_DEVEL_PREFIX}/_setup_util.py"
       "${CMAKE_BINARY_DIR}/catkin_generated/installspace/env.sh"
       DESTINATION .
     )
@@ -30,8 +29,12 @@ macro(train_derail_restore_prefix)
       foreach(name .rosinstall local_setup.sh setup.sh lib/pkgconfig/${PROJECT_NAME}.pc
           share/${PROJECT_NAME}/cmake/${PROJECT_NAME}Config.cmake)
         set(path \"\$ENV{DESTDIR}\${prefix}/\${name}\")
+        set(written \"\${prefix}\")
+        if(name MATCHES \"cmake\$|pc\$\")
+          string(REPLACE \" \" \"\\\\ \" written \"\${prefix}\")
+        endif()
         file(READ \"\${path}\" text)
-        string(REPLACE /prefix_of_train_derail \"\${prefix}\" text \"\${text}\")
+        string(REPLACE /prefix_of_train_derail \"\${written}\" text \"\${text}\")
         file(WRITE \"\${path}\" \"\${text}\")
       endforeach()
     ")

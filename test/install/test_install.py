@@ -65,6 +65,14 @@ class InstallTest(unittest.TestCase):
         self.assertEqual({f for f in files if not f.startswith('opt/a place/')}, set())
         self.assertEqual({f[len('opt/a place/'):] for f in files}, files_below(self.prefix))
 
+    def test_what_is_installed_are_files_not_links_to_where_they_were(self):
+        links = [name for name in files_below(self.prefix) if os.path.islink(os.path.join(self.prefix, name))]
+        self.assertEqual(links, [])
+        self.find(os.path.join('train_derail', 'README.md'))
+        if ROS:
+            found = self.run_well('sh', '-c', '. "%s/setup.sh" && rospack find train_derail' % self.prefix, env=plain_environment())
+            self.assertEqual(found.strip(), os.path.join(self.prefix, 'share', 'train_derail'))
+
     def test_no_file_names_another_place(self):
         for name in files_below(self.prefix):
             with open(os.path.join(self.prefix, name), 'rb') as f:
