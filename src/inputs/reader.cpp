@@ -1,17 +1,25 @@
 #include "train_derail/inputs/reader.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <charconv>
-#include <filesystem>
-#include <fstream>
+#include <cstdint>
+#include <system_error>
 
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "tree_reader.hpp"
+#include "yaml.hpp"
 
 namespace train_derail::inputs {
 
 namespace {
+
+std::string error_text(int number) { return std::generic_category().message(number); }
 
 /// Steps of a key: "consist[0].count" is consist, 0, count.
 struct Step {
@@ -54,10 +62,11 @@ std::vector<Step> split(const Override& o) {
 void apply(YAML::Node& root, const Override& o) {
   YAML::Node value;
   try {
-    value = YAML::Load(o.value);
-  } catch (const YAML::Exception& e) {
-    throw InputError("override", o.key, o.value, e.msg, "");
+    value = parse_yaml(o.value, false);
+  } catch (const YamlMistake& m) {
+    throw InputError("override", o.key, o.value, m.problem, m.allowed);
   }
+  if (value.IsScalar()) value.SetTag("!");  // as if in quotes: PyYAML does not read it
   const std::vector<Step> steps = split(o);
   YAML::Node node;
   node.reset(root);
@@ -115,28 +124,51 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
   } catch (const InputError& e) {
     const auto place = places.find(e.key());
     if (place == places.end()) throw InputError(source, e.key(), e.value(), e.problem(), e.allowed());
-    throw InputError(place->second.where, e.key(), place->second.value, e.problem(), e.allowed());
+    throw InputError(place->second.where, e.key(), written(place->second.node), e.problem(), e.allowed());
   }
   return scenario;
 }
 
-YAML::Node load_file(const std::string& path) {
-  std::ifstream file(path);
-  // A folder opens, but nothing can be read from it; yaml-cpp would leak its buffer over that.
-  std::error_code unknown;
-  if (!file || std::filesystem::is_directory(path, unknown)) throw InputError(path, "", "", "cannot be read", "");
-  try {
-    return YAML::Load(file);
-  } catch (const YAML::ParserException& e) {
-    throw InputError(located(path, e.mark), "", "", "not YAML: " + e.msg, "");
+std::string read_file(const std::string& path, std::size_t bytes_max) {
+  const auto refuse = [&](const std::string& problem, const std::string& allowed) -> InputError { return {path, "", "", problem, allowed}; };
+  // Opening a FIFO would wait for a writer for ever, opening some devices does things.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
+  const auto check = [&] {
+    if (S_ISREG(status.st_mode)) return;
+    const char* kind = S_ISDIR(status.st_mode) ? "a folder" : S_ISFIFO(status.st_mode) ? "a pipe" : S_ISSOCK(status.st_mode) ? "a socket" : "a device";
+    throw refuse(std::string("cannot be read: ") + kind, "a file");
+  };
+  check();
+  struct Descriptor {
+    int number;
+    ~Descriptor() {
+      if (number >= 0) ::close(number);
+    }
+  } const file{::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)};
+  if (file.number < 0 || ::fstat(file.number, &status) != 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
+  check();  // another may have taken its place
+  const auto too_long = [&] { return refuse("too long a file", fmt::format("at most {} bytes", bytes_max)); };
+  if (static_cast<std::uintmax_t>(status.st_size) > bytes_max) throw too_long();
+  std::string text;
+  std::vector<char> block(std::size_t{64} * 1024);
+  for (;;) {
+    const ssize_t got = ::read(file.number, block.data(), block.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
+    if (got == 0) return text;
+    text.append(block.data(), static_cast<std::size_t>(got));
+    if (text.size() > bytes_max) throw too_long();  // it grows, or its size is not known beforehand
   }
 }
 
+YAML::Node load_file(const std::string& path) { return load_text(read_file(path, kYamlBytesMax), path); }
+
 YAML::Node load_text(const std::string& text, const std::string& source) {
   try {
-    return YAML::Load(text);
-  } catch (const YAML::ParserException& e) {
-    throw InputError(located(source, e.mark), "", "", "not YAML: " + e.msg, "");
+    return parse_yaml(text, true);
+  } catch (const YamlMistake& m) {
+    throw InputError(m.line > 0 ? fmt::format("{}:{}", source, m.line) : source, "", m.value, m.problem, m.allowed);
   }
 }
 

@@ -13,12 +13,14 @@
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/units.hpp"
+#include "yaml.hpp"
 
 namespace train_derail::inputs {
 
 /// Where each key stands and what is written there, for errors that are found later.
 struct Place {
-  std::string where, value;
+  std::string where;
+  YAML::Node node;
 };
 using Places = std::map<std::string, Place>;
 
@@ -57,25 +59,36 @@ class TreeReader {
     }
   }
 
-  void text(const char* key, std::string& value, const char*) {
-    if (const YAML::Node n = find(key, false, "text")) value = scalar(key, n, "text");
+  void text(const char* key, std::string& value, const Doc&) {
+    const YAML::Node n = find(key, false, "text");
+    if (!n) return;
+    value = scalar(key, n, "text");
+    if (n.Tag() == "?" && rewritten_number(value)) {
+      fail(key, n, "a number where text is wanted: roslaunch (YAML 1.1) would write it otherwise", "\"" + value + "\" in quotes");
+    }
   }
 
-  void number(const char* key, double& value, const Quantity& q, const char*) {
+  /// A value of any kind, kept as written.
+  void value(const char* key, std::string& value, const Doc&) {
+    if (const YAML::Node n = find(key, false, "a value")) value = scalar(key, n, "a value");
+  }
+
+  void number(const char* key, double& value, const Quantity& q, const Doc&) {
     const std::string allowed = q.range.text(q.unit);
     if (const YAML::Node n = find(key, q.required, allowed)) value = convert(key, n, q, allowed);
   }
-  void number(const char* key, std::optional<double>& value, const Quantity& q, const char*) {
+  void number(const char* key, std::optional<double>& value, const Quantity& q, const Doc&) {
     const std::string allowed = q.range.text(q.unit);
     if (const YAML::Node n = find(key, q.required, allowed)) value = convert(key, n, q, allowed);
   }
 
   template <class I>
-  void integer(const char* key, I& value, const Range& range, bool required, const char*) {
+  void integer(const char* key, I& value, const Range& range, bool required, const Doc&) {
     const std::string allowed = "a whole number, " + range.text("1");
     const YAML::Node n = find(key, required, allowed);
     if (!n) return;
-    const std::string text = scalar(key, n, allowed);
+    std::string text = scalar(key, n, allowed);
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.erase(0, 1);
     I parsed{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), parsed);
     if (error != std::errc() || end != text.data() + text.size()) fail(key, n, "not a whole number", allowed);
@@ -83,7 +96,7 @@ class TreeReader {
   }
 
   template <class E, class N>
-  void choice(const char* key, E& value, const N& names, const char*) {
+  void choice(const char* key, E& value, const N& names, const Doc&) {
     std::string allowed;
     for (const auto& [name, unused] : names) allowed += (allowed.empty() ? "" : ", ") + std::string(name);
     const YAML::Node n = find(key, false, allowed);
@@ -99,7 +112,7 @@ class TreeReader {
   }
 
   template <class G, class F>
-  void group(const char* key, G& g, F describe_it, const char*) {
+  void group(const char* key, G& g, F describe_it, const Doc&) {
     if (const YAML::Node n = find(key, false, "")) {
       read_child(n, source_, prefix_ + key, g, describe_it);
     } else {  // its required keys are still asked for, by name
@@ -108,7 +121,7 @@ class TreeReader {
   }
 
   template <class G, class F>
-  void list(const char* key, std::vector<G>& items, F describe_it, const char*, bool required) {
+  void list(const char* key, std::vector<G>& items, F describe_it, const Doc&, bool required) {
     const YAML::Node n = find(key, required, "a list of groups");
     if (!n) return;
     if (!n.IsSequence()) fail(key, n, "not a list", "a list of groups, each starting with '- '");
@@ -121,7 +134,7 @@ class TreeReader {
   }
 
   /// A list of plain values, each as written.
-  void texts(const char* key, std::vector<std::string>& values, const char*) {
+  void texts(const char* key, std::vector<std::string>& values, const Doc&) {
     const YAML::Node n = find(key, false, "a list of values");
     if (!n) return;
     if (!n.IsSequence()) fail(key, n, "not a list", "[value, value, ...]");
@@ -134,6 +147,7 @@ class TreeReader {
     for (const auto& item : node_) {
       const std::string key = written(item.first);
       if (asked_.count(key) != 0) continue;
+      if (prefix_.empty() && key.compare(0, 2, "x-") == 0) continue;  // a place for anchors
       std::string allowed;
       for (const auto& name : asked_) allowed += (allowed.empty() ? "" : ", ") + name;
       throw InputError(where(prefix_ + key, item.first), prefix_ + key, written(item.second), "unknown key", allowed);
@@ -162,7 +176,14 @@ class TreeReader {
       if (required) throw InputError(where(prefix_, node_), prefix_ + key, "", "missing", allowed);
       return YAML::Node(YAML::NodeType::Undefined);
     }
-    places_[prefix_ + key] = {where(prefix_ + key, n), written(n)};
+    std::string place = where(prefix_ + key, n);
+    if (n.IsNull()) {  // stands at the next key
+      for (const auto& item : node_) {
+        if (item.second.is(n)) place = where(prefix_ + key, item.first);
+      }
+      if (*allowed.c_str() != '\0') throw InputError(place, prefix_ + key, written(n), "nothing stands here", allowed);
+    }
+    places_.insert_or_assign(prefix_ + key, Place{place, n});
     return n;
   }
 
@@ -177,8 +198,12 @@ class TreeReader {
 
   double convert(const char* key, const YAML::Node& n, const Quantity& q, const std::string& allowed) {
     const std::string text = scalar(key, n, allowed);
-    if (text == ".inf" || text == ".Inf" || text == ".INF") return kInfinity;
-    if (text == ".nan" || text == ".NaN" || text == ".NAN") fail(key, n, "not a finite number", allowed);
+    for (const char* word : {".inf", ".Inf", ".INF", "+.inf", "+.Inf", "+.INF"}) {
+      if (text == word) return kInfinity;
+    }
+    for (const char* word : {"-.inf", "-.Inf", "-.INF", ".nan", ".NaN", ".NAN"}) {
+      if (text == word) fail(key, n, "not a finite number", allowed);
+    }
     try {
       return to_si(text, q.unit);
     } catch (const std::invalid_argument& e) {

@@ -34,7 +34,9 @@ std::string type_name(const XmlRpcValue& value) {
 std::string number_text(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
-  return fmt::format("{:.17g}", value);
+  // A point, as in the file: 60.0 is no count of cars, there or here.
+  const std::string text = fmt::format("{:.17g}", value);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
 std::string value_text(const XmlRpcValue& value) {

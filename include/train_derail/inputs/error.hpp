@@ -1,11 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace train_derail::inputs {
 
 /// A mistake in an input, said so that it can be mended: where, which key, what stands there, what may.
+/// what() is one line that can be printed: control characters are escaped, key and value are cut.
 class InputError : public std::runtime_error {
  public:
   InputError(std::string where, std::string key, std::string value, std::string problem, std::string allowed);
@@ -19,5 +22,12 @@ class InputError : public std::runtime_error {
  private:
   std::string where_, key_, value_, problem_, allowed_;
 };
+
+/// Characters of a value or key that messages show at most.
+inline constexpr std::size_t kShownMax = 200;
+
+/// `text` for messages and titles, on one line and without effect on a terminal: what is no printable character of valid UTF-8 is
+/// written as \n, \x1b or \u202e. Cut behind `most` characters, which "..." shows.
+std::string printable(std::string_view text, std::size_t most = std::string::npos);
 
 }  // namespace train_derail::inputs
