@@ -1,15 +1,24 @@
 #include "train_derail/inputs/units.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
+#include <vector>
 
+#include <fmt/format.h>
 #include <udunits2.h>
 
+#include "c_locale.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/scenario.hpp"
+#include "utf8.hpp"
 
 namespace train_derail::inputs {
 
@@ -24,8 +33,42 @@ struct ConverterDeleter {
 using Unit = std::unique_ptr<ut_unit, UnitDeleter>;
 using Converter = std::unique_ptr<cv_converter, ConverterDeleter>;
 
+[[noreturn]] void refuse(const std::string& problem) { throw std::invalid_argument(problem); }
+
+std::string quoted(std::string_view text) { return "'" + printable(text, kShownMax) + "'"; }
+
+/// Units with an SI prefix that trains are measured in. UDUNITS takes any prefix before any name, and so "kmph" for 1000 mph, "Mkip"
+/// and "mmph"; here others are unknown.
+bool known_with_prefix(std::string_view name) {
+  struct Prefixes {
+    std::string_view base;
+    std::initializer_list<std::string_view> prefixes;
+  };
+  static constexpr std::array<std::string_view, 6> kLongPrefixes{"kilo", "mega", "giga", "centi", "milli", "micro"};
+  static const Prefixes kShort[] = {{"m", {"k", "d", "c", "m", "u", "\u00b5", "\u03bc"}},
+                                    {"g", {"k", "M", "m"}},
+                                    {"N", {"k", "M", "G", "m", "da"}},
+                                    {"s", {"m", "u", "\u00b5", "\u03bc"}},
+                                    {"rad", {"m"}},
+                                    {"J", {"k", "M", "G"}},
+                                    {"Pa", {"k", "M", "G"}}};
+  for (const Prefixes& p : kShort) {
+    for (const std::string_view prefix : p.prefixes) {
+      if (name.size() == prefix.size() + p.base.size() && name.substr(0, prefix.size()) == prefix && name.substr(prefix.size()) == p.base) return true;
+    }
+  }
+  for (const std::string_view prefix : kLongPrefixes) {
+    if (name.substr(0, prefix.size()) != prefix) continue;
+    for (const std::string_view base : {"meter", "meters", "metre", "metres", "gram", "grams", "newton", "newtons", "second", "seconds",
+                                        "radian", "radians", "joule", "joules", "pascal", "pascals"}) {
+      if (name.substr(prefix.size()) == base) return true;
+    }
+  }
+  return false;
+}
+
 /// The unit database, read at first use. One for the process, behind a lock: the library never frees all of a database,
-/// and its parser is not made for several threads.
+/// and its parser is not made for several threads. To be used in the C locale.
 class Database {
  public:
   static Database& instance() {
@@ -37,13 +80,25 @@ class Database {
 
   Unit parse(const std::string& text) const { return Unit(ut_parse(system_.get(), text.c_str(), UT_UTF8)); }
 
-  Converter converter(const Unit& from, const std::string& from_text, const std::string& to_text) const {
-    const Unit to = parse(to_text);
-    if (!to) throw std::invalid_argument("unknown unit '" + to_text + "'");
-    if (ut_are_convertible(from.get(), to.get()) == 0) {
-      throw std::invalid_argument("wrong dimension: '" + from_text + "' cannot be converted to '" + to_text + "'");
-    }
-    return Converter(ut_get_converter(from.get(), to.get()));
+  /// Whether a name stands for a unit as it is, or with a prefix that is meant.
+  bool knows(const std::string& name) const {
+    if (known_with_prefix(name)) return true;
+    return Unit(ut_get_unit_by_name(system_.get(), name.c_str())) || Unit(ut_get_unit_by_symbol(system_.get(), name.c_str()));
+  }
+
+  static bool convertible(const Unit& a, const Unit& b) { return a && b && ut_are_convertible(a.get(), b.get()) != 0; }
+
+  static Unit product(const Unit& a, const Unit& b) { return a && b ? Unit(ut_multiply(a.get(), b.get())) : nullptr; }
+
+  static double convert(const Unit& from, const Unit& to, double value) {
+    return cv_convert_double(Converter(ut_get_converter(from.get(), to.get())).get(), value);
+  }
+
+  /// Whether an angle is in it: UDUNITS takes radians for pure numbers.
+  static bool angular(const Unit& unit) {
+    std::array<char, 256> text{};
+    const int length = ut_format(unit.get(), text.data(), text.size() - 1, UT_ASCII | UT_DEFINITION);
+    return length > 0 && std::string_view(text.data()).find("rad") != std::string_view::npos;
   }
 
  private:
@@ -54,7 +109,7 @@ class Database {
   Database() {
     ut_set_error_message_handler(ut_ignore);
     system_.reset(ut_read_xml(nullptr));
-    if (!system_) throw std::runtime_error("UDUNITS-2 cannot read its unit database");
+    if (!system_) throw std::runtime_error("UDUNITS-2 cannot read its unit database (environment variable UDUNITS2_XML_PATH?)");
     // Names railways use; without these UDUNITS would read "mph" as milliphot.
     alias("mph", "mile/hour");
     alias("kph", "km/hour");
@@ -101,39 +156,256 @@ const CommonUnit* common_unit(std::string_view unit, std::string_view si_unit) {
   return nullptr;
 }
 
+/// What to write for each quantity that inputs have, the usual first.
+struct Advice {
+  std::string_view si_unit;
+  std::initializer_list<const char*> units;
+};
+const std::initializer_list<Advice> kAdvice{
+    {"m/s", {"mph", "km/h", "ft/s", "m/s", "knot"}},
+    {"m", {"ft", "m", "in", "mm", "cm", "km", "mile", "yard"}},
+    {"N", {"kip", "kN", "lbf", "N", "MN", "kgf", "tonf"}},
+    {"N/m", {"lbf/ft", "kip/ft", "lbf/in", "kip/in", "N/m", "kN/m", "MN/m", "kN/mm"}},
+    {"N m", {"lbf ft", "kip ft", "N m", "kN m", "MN m"}},
+    {"N m/rad", {"lbf ft/rad", "kip ft/rad", "N m/rad", "kN m/rad", "MN m/rad", "lbf ft/deg"}},
+    {"rad", {"deg", "rad"}},
+    {"rad/s", {"rad/s", "deg/s", "rpm"}},
+    {"s", {"s", "ms", "min"}},
+    {"kg m2", {"slug ft2", "kg m2", "lb ft2"}},
+    {"1/m", {"deg/(100 ft)", "1/m", "1/km"}},
+    {"1", {"percent"}}};
+
+/// Letters and digits alone, in lower case.
+std::string bare(std::string_view unit) {
+  std::string out;
+  for (const char c : unit) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return out;
+}
+
+/// Whether one letter put in, taken out, changed, or two neighbours exchanged make `b` of `a`.
+bool one_slip(std::string_view a, std::string_view b) {
+  const auto same = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
+  a.remove_prefix(static_cast<std::size_t>(same.first - a.begin()));
+  b.remove_prefix(static_cast<std::size_t>(same.second - b.begin()));
+  const auto rest = [](std::string_view s, std::size_t n) { return s.substr(std::min(n, s.size())); };
+  const bool exchanged = a.size() >= 2 && b.size() >= 2 && a[0] == b[1] && a[1] == b[0] && rest(a, 2) == rest(b, 2);
+  return exchanged || rest(a, 1) == rest(b, 1) || rest(a, 1) == b || a == rest(b, 1);
+}
+
+/// " (probably km/h)", or the units there are for the quantity.
+std::string advice(std::string_view unit, std::string_view si_unit) {
+  const auto* known = std::find_if(kAdvice.begin(), kAdvice.end(), [&](const Advice& a) { return a.si_unit == si_unit; });
+  if (known == kAdvice.end()) return "";
+  struct Slip {
+    std::string_view written, meant;
+  };
+  static constexpr Slip kSlips[] = {{"kmph", "km/h"}, {"kms", "km/h"}, {"kmhr", "km/h"}, {"kmperh", "km/h"}, {"kmperhour", "km/h"}, {"kmphr", "km/h"},
+                                    {"mps", "m/s"},   {"fps", "ft/s"}, {"kts", "knot"},  {"kt", "knot"},     {"kn", "knot"},        {"mip", "mph"},
+                                    {"ftlb", "lbf ft"}, {"ftlbf", "lbf ft"}, {"ftlbs", "lbf ft"}, {"lbft", "lbf ft"}, {"lbsft", "lbf ft"}, {"klb", "kip"},
+                                    {"klbf", "kip"},  {"tf", "tonf"},  {"m", "min"},     {"sek", "s"},       {"msec", "ms"},        {"k", "kip"},
+                                    {"kp", "kgf"},    {"rads", "rad/s"}, {"degs", "deg/s"}, {"klbs", "kip"}, {"ftlb", "lbf ft/rad"}, {"ftlbf", "lbf ft/rad"}, {"ftlbrad", "lbf ft/rad"}, {"ftlbfrad", "lbf ft/rad"}, {"lbftrad", "lbf ft/rad"}, {"dps", "deg/s"}};
+  const std::string written = bare(unit);
+  const auto probably = [](const char* meant) { return fmt::format(" (probably {})", meant); };
+  for (const Slip& slip : kSlips) {
+    for (const char* meant : known->units) {
+      if (slip.written == written && slip.meant == meant) return probably(meant);
+    }
+  }
+  for (const char* meant : known->units) {
+    if (written == bare(meant)) return probably(meant);
+  }
+  for (const char* meant : known->units) {
+    if (written.size() > 2 && bare(meant).size() > 1 && one_slip(written, bare(meant))) return probably(meant);
+  }
+  std::string all;
+  for (const char* u : known->units) all += (all.empty() ? " (known: " : ", ") + std::string(u);
+  return all + ", ...)";
+}
+
+bool digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+/// The unit as UDUNITS is to read it: names that are known as they are, joined by spaces, '*', '.', '-', '/' or "per", with whole
+/// exponents, and numbers in parentheses alone, as in "deg/(100 ft)". UDUNITS itself takes much more: "37 mph 2" for 74 mph.
+std::string checked(const Database& units, std::string_view text, std::string_view si_unit) {
+  std::string out;
+  const auto unknown = [&] { refuse("unknown unit " + quoted(text) + advice(text, si_unit)); };
+  bool after_name = false;  // an exponent may follow
+  int open = 0;
+  for (std::string_view rest = text; !rest.empty();) {
+    const Character c = first_character(rest);
+    const auto is_letter = [](const Character& x) {
+      return x.valid && ((x.code < 0x80 && (std::isalpha(static_cast<int>(x.code)) != 0 || x.code == '_' || x.code == '%')) || x.code == 0xb5 ||
+                         x.code == 0x3bc || x.code == 0xb0);
+    };
+    if (is_letter(c)) {
+      std::size_t size = 0;
+      while (size < rest.size()) {
+        const Character next = first_character(rest.substr(size));
+        if (!is_letter(next)) break;
+        size += next.bytes;
+      }
+      const std::string name(rest.substr(0, size));
+      rest.remove_prefix(size);
+      if (name == "per" || name == "PER") {
+        out += '/';
+        after_name = false;
+        continue;
+      }
+      if (!units.knows(name)) unknown();
+      out += name;
+      after_name = true;
+      continue;
+    }
+    if (c.code == 0xb2 || c.code == 0xb3) {  // squared, cubed
+      if (!after_name) unknown();
+      out += c.code == 0xb2 ? '2' : '3';
+      after_name = false;
+      rest.remove_prefix(c.bytes);
+      continue;
+    }
+    if (c.code == 0xb7 || c.code == 0x22c5) {  // dots of multiplication
+      out += ' ';
+      after_name = false;
+      rest.remove_prefix(c.bytes);
+      continue;
+    }
+    if (!c.valid || c.code >= 0x80) {
+      refuse(fmt::format("unit {} with a character that belongs to none (U+{:04X})", quoted(text), static_cast<unsigned>(c.code)));
+    }
+    const char ch = rest[0];
+    if (after_name && (digit(ch) || ch == '^' || rest.substr(0, 2) == "**" || (ch == '-' && rest.size() > 1 && digit(rest[1])))) {
+      std::string exponent;
+      if (ch == '^') rest.remove_prefix(1);
+      if (ch == '*') rest.remove_prefix(2);
+      if (!rest.empty() && (rest[0] == '-' || rest[0] == '+')) {
+        if (rest[0] == '-') exponent = "-";
+        rest.remove_prefix(1);
+      }
+      if (rest.empty() || !digit(rest[0]) || rest[0] > '4' || (rest.size() > 1 && (digit(rest[1]) || rest[1] == '.'))) unknown();
+      out += exponent + rest[0];
+      rest.remove_prefix(1);
+      after_name = false;
+      continue;
+    }
+    if (digit(ch)) {
+      const bool in_parentheses = !out.empty() && out.back() == '(', reciprocal = out.empty() && rest.size() > 1 && ch == '1' && rest[1] == '/';
+      if (!in_parentheses && !reciprocal) refuse("a second number in " + quoted(text) + ": one number and one unit are wanted" + advice(text, si_unit));
+      std::size_t size = 0;
+      while (size < rest.size() && (digit(rest[size]) || rest[size] == '.')) ++size;
+      out += rest.substr(0, size);
+      rest.remove_prefix(size);
+      continue;
+    }
+    if (ch == ' ' || ch == '*' || ch == '.' || ch == '-') {
+      if (out.empty()) unknown();
+      if (out.back() != ' ') out += ' ';
+    } else if (ch == '/' || ch == '(' || ch == ')') {
+      out += ch;
+      open += ch == '(' ? 1 : ch == ')' ? -1 : 0;
+      if (open < 0) unknown();
+    } else {
+      unknown();
+    }
+    after_name = ch == ')';
+    rest.remove_prefix(1);
+  }
+  if (open != 0) unknown();
+  return out;
+}
+
+/// 46.5 for "46 ft 6 in" or 46' 6", whose first number is read; none if it is nothing of the kind.
+std::optional<double> feet_and_inches(double first, std::string_view rest) {
+  const auto skip = [&] { rest.remove_prefix(std::min(rest.find_first_not_of(" -"), rest.size())); };
+  const auto word = [&](std::initializer_list<std::string_view> words) {
+    for (const std::string_view w : words) {
+      if (rest.substr(0, w.size()) == w) {
+        rest.remove_prefix(w.size());
+        skip();
+        return true;
+      }
+    }
+    return false;
+  };
+  double inches = 0.0;
+  if (word({"\"", "''", "\u2033", "\u201d"})) return rest.empty() ? std::optional<double>(first / 12.0) : std::nullopt;
+  if (!word({"feet", "foot", "ft.", "ft", "'", "\u2032", "\u2019"})) return std::nullopt;
+  if (rest.empty()) return first;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), inches);
+  if (error != std::errc()) return std::nullopt;
+  rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+  skip();
+  if (!rest.empty() && !word({"inches", "inch", "in.", "in", "\"", "''", "\u2033", "\u201d"})) return std::nullopt;
+  return rest.empty() ? std::optional<double>(first + std::copysign(inches / 12.0, first)) : std::nullopt;
+}
+
 }  // namespace
 
 double to_si(const std::string& text, const std::string& si_unit) {
   constexpr const char* kSpace = " \t";
   std::string_view rest = text;
   rest.remove_prefix(std::min(rest.find_first_not_of(kSpace), rest.size()));
-  if (!rest.empty() && rest.front() == '+') rest.remove_prefix(1);
+  if (rest.size() > 1 && rest.front() == '+' && rest[1] != '-') rest.remove_prefix(1);
   double number = 0.0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
-  if (error == std::errc::result_out_of_range) throw std::invalid_argument("number too large or too small");
-  if (error != std::errc()) throw std::invalid_argument("not a number");
+  if (error == std::errc::result_out_of_range) refuse("number too large or too small");
+  if (error != std::errc()) refuse("not a number");
+  if (!std::isfinite(number)) refuse("not a finite number");
   rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
   const auto first = rest.find_first_not_of(kSpace);
   if (first == std::string_view::npos) return number;
   const std::string unit_text(rest.substr(first, rest.find_last_not_of(kSpace) - first + 1));
   if (const CommonUnit* common = common_unit(unit_text, si_unit)) return number * common->in_si;
-  // UDUNITS would take "0.15.2" for 0.15 times .2.
-  const bool second_number = (std::isdigit(static_cast<unsigned char>(unit_text[0])) != 0 || unit_text[0] == '.') &&
-                             unit_text.compare(0, 2, "1/") != 0;
+
+  if (rest[0] == ',') refuse("a comma in a number: a decimal point is wanted (0.5), and nothing between thousands");
+  if (rest[0] == '_') refuse("an underscore in a number");
+  if (number == 0.0 && (rest[0] == 'x' || rest[0] == 'X') && rest.size() > 1 && std::isxdigit(static_cast<unsigned char>(rest[1])) != 0) {
+    refuse("a hexadecimal number");
+  }
+  // What follows a point or a digit is no unit: "0.15.2".
+  if (first == 0 && rest[0] == '.') refuse("unknown unit " + quoted(unit_text));
+  if (si_unit == "m" && unit_text.find_first_of("0123456789'\"\xe2") != std::string::npos) {
+    if (const auto feet = feet_and_inches(number, unit_text)) refuse(fmt::format("feet and inches: {:.6g} ft", *feet));
+  }
+  const CLocale c_locale;
   Database& units = Database::instance();
   const std::lock_guard<std::mutex> lock(units.mutex);
-  const Unit unit = second_number ? nullptr : units.parse(unit_text);
-  if (!unit) throw std::invalid_argument("unknown unit '" + unit_text + "'");
-  return cv_convert_double(units.converter(unit, unit_text, si_unit).get(), number);
+  const Unit to = units.parse(si_unit), unit = units.parse(checked(units, unit_text, si_unit));
+  if (!to) refuse("unknown unit " + quoted(si_unit));
+  if (!unit) refuse("unknown unit " + quoted(unit_text) + advice(unit_text, si_unit));
+  const std::string wrong = fmt::format("wrong dimension: {} cannot be converted to '{}'", quoted(unit_text), si_unit);
+  if (!Database::convertible(unit, to)) {
+    const Unit kilogram = units.parse("kg"), gravity = units.parse("m/s2");
+    if (si_unit == "N" && Database::convertible(unit, kilogram)) {
+      const double weight = Database::convert(unit, kilogram, number) * kStandardGravity;
+      const auto rounded = [](double v) { return v < 100.0 ? fmt::format("{:.3g}", v) : fmt::format("{:.0f}", v); };
+      refuse(fmt::format("a mass; as a weight: {} kN, {} kip", rounded(1e-3 * weight), rounded(weight / kKip)));
+    }
+    if (Database::convertible(Database::product(unit, gravity), to)) refuse(wrong + ": a mass in place of a force (lbf, kgf or N for lb or kg)");
+    if (Database::convertible(unit, Database::product(to, gravity))) refuse(wrong + ": a force in place of a mass (lb or kg for lbf, kgf or N)");
+    refuse(wrong);
+  }
+  const bool angle = Database::angular(unit);
+  if (angle && si_unit == "1") refuse(wrong + ": an angle");
+  if (!angle && (si_unit == "rad" || (si_unit == "rad/s" && (unit_text == "Hz" || unit_text == "hertz")))) {
+    refuse(wrong + ": not an angle" + advice(unit_text, si_unit));
+  }
+  const double value = Database::convert(unit, to, number);
+  if (!std::isfinite(value)) refuse("number too large or too small");
+  return value;
 }
 
 double from_si(double value, const std::string& si_unit, const std::string& unit) {
   if (const CommonUnit* common = common_unit(unit, si_unit)) return value / common->in_si;
+  const CLocale c_locale;
   Database& units = Database::instance();
   const std::lock_guard<std::mutex> lock(units.mutex);
-  const Unit from = units.parse(si_unit);
-  if (!from) throw std::invalid_argument("unknown unit '" + si_unit + "'");
-  return cv_convert_double(units.converter(from, si_unit, unit).get(), value);
+  const Unit from = units.parse(si_unit), to = units.parse(unit);
+  if (!from) refuse("unknown unit " + quoted(si_unit));
+  if (!to) refuse("unknown unit " + quoted(unit));
+  if (!Database::convertible(from, to)) refuse(fmt::format("wrong dimension: '{}' cannot be converted to {}", si_unit, quoted(unit)));
+  return Database::convert(from, to, value);
 }
 
 }  // namespace train_derail::inputs
