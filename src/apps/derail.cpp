@@ -15,6 +15,7 @@
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "scenario_input.hpp"
 #include "study_commands.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
@@ -41,9 +42,10 @@ struct Arguments {
 
 inputs::Scenario read(const Arguments& a) {
   apps::expect(files::Kind::scenario, a.file);
-  std::vector<inputs::Override> overrides;
-  for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
-  return inputs::read_scenario_file(a.file, overrides);
+  const std::vector<inputs::Override> overrides = apps::overrides(a.set);
+  const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
+  apps::say_warnings(scenario, overrides);
+  return scenario;
 }
 
 /// How far the train has come to rest; the only measure of progress that needs no guess of the stopping time.
@@ -145,7 +147,7 @@ int run(const Arguments& a) {
   }
   const std::vector<std::string> written = outputs.finish(simulation, outcome);
   if (!a.quiet && !outputs.on_standard_output()) {
-    std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << outcome::to_table(outcome);
+    std::cout << inputs::printable(scenario.title.empty() ? a.file : scenario.title) << "\n" << outcome::to_table(outcome);
   }
   if (outcome.ended == outcome::Ended::integration_failed) {
     std::cerr << "derail: integration failed: " << outcome.message << "\n";

@@ -11,6 +11,7 @@
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "scenario_input.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/study/report.hpp"
 #include "train_derail/study/runner.hpp"
@@ -61,6 +62,7 @@ study::Study read_study(const Arguments& a) {
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   study::Study study = study::read_study_file(a.file, overrides);
+  say_warnings(study.base, overrides);
   if (a.replicates > 0) study.replicates = a.replicates;
   if (a.engine == "multibody") {
     study.engine = study::Engine::multibody;

@@ -10,6 +10,7 @@
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "scenario_input.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "train_derail/study/summary.hpp"
@@ -37,6 +38,7 @@ study::Study read_study(const Arguments& a) {
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   study::Study study = study::read_study_file(a.study, overrides, a.spread);
+  say_warnings(study.base, overrides);
   if (a.members > 0) {
     study.samples = a.members;
     study.replicates = 1;

@@ -8,6 +8,7 @@
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
+#include "scenario_input.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/multibody/verify.hpp"
 
@@ -33,6 +34,7 @@ int verify(const Arguments& a) {
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
+  say_warnings(scenario, overrides);
   std::vector<NamedPath> paths;
   if (a.json) paths.push_back({"--json", *a.json});
   std::optional<NewFolder> folder;

@@ -12,44 +12,48 @@ namespace {
 
 class Collector {
  public:
-  Collector(std::vector<KeyValue>& out, std::string prefix) : out_(out), prefix_(std::move(prefix)) {}
+  Collector(std::vector<KeyValue>& out, std::string prefix, const Scenario& scenario, const When* idle = nullptr)
+      : out_(out), prefix_(std::move(prefix)), scenario_(scenario), idle_(idle) {}
 
-  void text(const char* key, const std::string& value, const char* doc) { add(key, value, "", "", false, doc); }
-  void number(const char* key, double value, const Quantity& q, const char* doc) {
+  void text(const char* key, const std::string& value, const Doc& doc) { add(key, value, "", "", false, doc); }
+  void number(const char* key, double value, const Quantity& q, const Doc& doc) {
     add(key, number_text(value), q.unit, q.shown, false, doc);
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const char* doc) {
+  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
     if (value) number(key, *value, q, doc);
   }
   template <class I>
-  void integer(const char* key, I value, const Range&, bool, const char* doc) {
+  void integer(const char* key, I value, const Range&, bool, const Doc& doc) {
     add(key, fmt::format("{}", value), "1", "", true, doc);
   }
   template <class E, class N>
-  void choice(const char* key, E value, const N& names, const char* doc) {
+  void choice(const char* key, E value, const N& names, const Doc& doc) {
     for (const auto& [name, choice] : names) {
       if (choice == value) add(key, std::string(name), "", "", false, doc);
     }
   }
   template <class G, class F>
-  void group(const char* key, const G& g, F describe_it, const char*) {
-    Collector child(out_, prefix_ + key + ".");
+  void group(const char* key, const G& g, F describe_it, const Doc& doc) {
+    Collector child(out_, prefix_ + key + ".", scenario_, idle_because(scenario_, idle_, doc));
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>& items, F describe_it, const char*, bool) {
+  void list(const char* key, const std::vector<G>& items, F describe_it, const Doc& doc, bool) {
     for (std::size_t i = 0; i < items.size(); ++i) {
-      Collector child(out_, fmt::format("{}{}[{}].", prefix_, key, i));
+      Collector child(out_, fmt::format("{}{}[{}].", prefix_, key, i), scenario_, idle_because(scenario_, idle_, doc));
       describe_it(child, items[i]);
     }
   }
 
  private:
-  void add(const char* key, std::string value, const char* unit, const char* shown, bool whole, const char* doc) {
-    out_.push_back({prefix_ + key, std::move(value), unit, shown, whole, doc});
+  void add(const char* key, std::string value, const char* unit, const char* shown, bool whole, const Doc& doc) {
+    const When* idle = idle_because(scenario_, idle_, doc);
+    out_.push_back({prefix_ + key, std::move(value), unit, shown, whole, doc.text, idle == nullptr ? "" : idle->text});
   }
   std::vector<KeyValue>& out_;
   const std::string prefix_;
+  const Scenario& scenario_;
+  const When* idle_;  // of the group
 };
 
 /// Sets the one key it is looking for.
@@ -57,11 +61,11 @@ class Setter {
  public:
   Setter(const Override& wanted, std::string prefix, bool& found) : wanted_(wanted), prefix_(std::move(prefix)), found_(found) {}
 
-  void text(const char* key, std::string& value, const char*) {
+  void text(const char* key, std::string& value, const Doc&) {
     if (is(key)) value = wanted_.value;
   }
   template <class D>
-  void number(const char* key, D& value, const Quantity& q, const char*) {
+  void number(const char* key, D& value, const Quantity& q, const Doc&) {
     if (!is(key)) return;
     if (wanted_.value == ".inf") {
       value = kInfinity;
@@ -72,26 +76,28 @@ class Setter {
     }
   }
   template <class I>
-  void integer(const char* key, I& value, const Range& range, bool, const char*) {
+  void integer(const char* key, I& value, const Range& range, bool, const Doc&) {
     if (is(key)) parse(value, "not a whole number", range.text("1"));
   }
   template <class E, class N>
-  void choice(const char* key, E& value, const N& names, const char*) {
+  void choice(const char* key, E& value, const N& names, const Doc&) {
     if (!is(key)) return;
+    std::string allowed;
     for (const auto& [name, choice] : names) {
       if (name == wanted_.value) {
         value = choice;
         return;
       }
+      allowed += (allowed.empty() ? "" : ", ") + std::string(name);
     }
-    throw InputError("scenario", wanted_.key, wanted_.value, "unknown choice", "");
+    throw InputError("scenario", wanted_.key, wanted_.value, "unknown choice", allowed);
   }
   template <class G, class F>
-  void group(const char* key, G& g, F describe_it, const char*) {
+  void group(const char* key, G& g, F describe_it, const Doc&) {
     descend(prefix_ + key + ".", g, describe_it);
   }
   template <class G, class F>
-  void list(const char* key, std::vector<G>& items, F describe_it, const char*, bool) {
+  void list(const char* key, std::vector<G>& items, F describe_it, const Doc&, bool) {
     for (std::size_t i = 0; i < items.size(); ++i) descend(fmt::format("{}{}[{}].", prefix_, key, i), items[i], describe_it);
   }
 
@@ -137,7 +143,7 @@ Scenario with_values(Scenario base, const std::vector<Override>& values) {
 
 std::vector<KeyValue> key_values(const Scenario& scenario) {
   std::vector<KeyValue> out;
-  Collector collector(out, "");
+  Collector collector(out, "", scenario);
   describe(collector, scenario);
   return out;
 }

@@ -1,11 +1,16 @@
+#include <algorithm>
+
 #include "checker.hpp"
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/extent.hpp"
 #include "train_derail/inputs/reader.hpp"
 
 namespace train_derail::inputs {
 
 namespace {
+
+constexpr double kSamplesMax = 1e7, kOutputsMax = 1e6, kTornBinsMax = 1e6;
 
 std::string method_name(Method method) {
   for (const auto& [name, m] : kMethods) {
@@ -53,6 +58,32 @@ void check_parts(const Scenario& s) {
   }
 }
 
+/// What a run would have to take, count or keep, before anything is started.
+void check_counts(const Scenario& s) {
+  const auto check = [](double count, double most, const char* key, double value, const char* what, double divided) {
+    if (count <= most) return;
+    refuse(key, fmt::format("{}", value), fmt::format("{:.3g} {}", count, what),
+           fmt::format("at most {:.0f}, so >= {:.6g}", most, divided / most));
+  };
+  const double time = s.stop.time_max;
+  check(time / s.outcome.sample_interval, kSamplesMax, "outcome.sample_interval", s.outcome.sample_interval, "samples up to stop.time_max", time);
+  check(time / s.output.interval, kOutputsMax, "output.interval", s.output.interval, "points up to stop.time_max", time);
+  if (s.solver.fixed_step) {
+    check(time / *s.solver.fixed_step, static_cast<double>(s.solver.steps_max), "solver.fixed_step", *s.solver.fixed_step,
+          "steps up to stop.time_max, beyond solver.steps_max", time);
+  }
+  if (s.ground.on_track_law == OnTrackLaw::rails && s.rails.torn_length > 0.0) {
+    const TrackExtent e = track_extent(s);
+    check((e.to - e.from) / s.rails.torn_length, kTornBinsMax, "rails.torn_length", s.rails.torn_length, "lengths of track that may be torn",
+          e.to - e.from);
+  }
+  const auto items = [](std::size_t count, std::size_t most, const char* key) {
+    if (count > most) refuse(key, fmt::format("{} items", count), "too many", fmt::format("at most {}", most));
+  };
+  items(s.track.curves.size(), kCurvesMax, "track.curves");
+  items(s.ground.patches.size(), kPatchesMax, "ground.patches");
+}
+
 void check_across(const Scenario& s) {
   int cars = 0;
   for (std::size_t i = 0; i < s.consist.size(); ++i) {
@@ -70,6 +101,14 @@ void check_across(const Scenario& s) {
       refuse(key("truck_spacing"), fmt::format("{}", *b.truck_spacing), "trucks farther apart than the coupler pins",
              fmt::format("(0, {}] m", b.length));
     }
+    if (b.yaw_inertia) {
+      const double unit = b.weight / kStandardGravity * b.length * b.length;
+      if (!kYawInertiaFactors.contains(*b.yaw_inertia / unit)) {
+        refuse(key("yaw_inertia"), fmt::format("{}", *b.yaw_inertia), fmt::format("{:.3g} of M L^2", *b.yaw_inertia / unit),
+               fmt::format("[{:.4g}, {:.4g}] kg m2: {} to {} of M L^2", kYawInertiaFactors.min * unit, kYawInertiaFactors.max * unit,
+                           kYawInertiaFactors.min, kYawInertiaFactors.max));
+      }
+    }
     cars += b.count;
     if (cars > kCarsMax) {
       refuse(key("count"), fmt::format("{}", b.count), fmt::format("the train has {} cars up to here", cars),
@@ -85,6 +124,7 @@ void check_across(const Scenario& s) {
            fmt::format("[0, {}) m", 2.0 * s.coupler.length));
   }
   check_parts(s);
+  check_counts(s);
   if (s.solver.fixed_step && s.solver.method == Method::bdf) {
     refuse("solver.fixed_step", fmt::format("{}", *s.solver.fixed_step), "bdf chooses its own steps",
            "leave it out, or solver.method cash_karp or dormand_prince");
@@ -92,6 +132,18 @@ void check_across(const Scenario& s) {
 }
 
 }  // namespace
+
+TrackExtent track_extent(const Scenario& s) {
+  double train = 0.0;
+  for (const CarBlock& b : s.consist) train += b.count * (b.length + s.coupler.length);
+  constexpr double kMargin = 100.0, kFarthest = 6000.0;
+  TrackExtent e{-(train + kMargin), std::min(kMargin + train + s.initial.speed * s.stop.time_max, kFarthest)};
+  for (const Curve& c : s.track.curves) {
+    e.from = std::min(e.from, c.start);
+    e.to = std::max(e.to, c.start + c.length);
+  }
+  return e;
+}
 
 std::string first_part_beyond_the_paper(const Scenario& s) {
   if (s.ground.on_track_law == OnTrackLaw::rails) return "ground.on_track_law: rails";

@@ -1,13 +1,162 @@
 #include "train_derail/inputs/warnings.hpp"
 
+#include <algorithm>
+#include <cctype>
+#include <map>
+
+#include "schema.hpp"
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/keys.hpp"
+#include "train_derail/inputs/units.hpp"
+
 namespace train_derail::inputs {
+
+namespace {
+
+std::string shown(double value, const std::string& unit, const std::string& shown_unit) {
+  if (value == kInfinity) return ".inf";
+  if (unit == "1" && shown_unit.empty()) return fmt::format("{:.4g}", value);
+  if (shown_unit.empty()) return fmt::format("{:.4g} {}", value, unit);
+  return fmt::format("{:.4g} {}", from_si(value, unit, shown_unit), shown_unit);
+}
+
+/// Finds the numbers that act and are out of their usual range.
+class UsualChecker {
+ public:
+  UsualChecker(std::vector<Warning>& out, std::string prefix, const Scenario& scenario, const When* idle)
+      : out_(out), prefix_(std::move(prefix)), scenario_(scenario), idle_(idle) {}
+
+  void text(const char*, const std::string&, const Doc&) {}
+  void number(const char* key, double value, const Quantity& q, const Doc& doc) {
+    if (q.usual.contains(value) || idle_because(scenario_, idle_, doc) != nullptr) return;
+    const auto end = [&](double v) { return shown(v, q.unit, q.shown); };
+    const auto bare = [](const std::string& s) { return s.substr(0, s.find(' ')); };
+    const bool more = value > q.usual.min;
+    out_.push_back({prefix_ + key, end(value),
+                    fmt::format("{} than usual: {} to {}{}", more ? "more" : "less", bare(end(q.usual.min)), end(q.usual.max),
+                                q.usual.infinite ? ", or .inf" : "")});
+  }
+  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
+    if (value) number(key, *value, q, doc);
+  }
+  template <class I>
+  void integer(const char*, I, const Range&, bool, const Doc&) {}
+  template <class E, class N>
+  void choice(const char*, E, const N&, const Doc&) {}
+  template <class G, class F>
+  void group(const char* key, const G& g, F describe_it, const Doc& doc) {
+    UsualChecker child(out_, prefix_ + key + ".", scenario_, idle_because(scenario_, idle_, doc));
+    describe_it(child, g);
+  }
+  template <class G, class F>
+  void list(const char* key, const std::vector<G>& items, F describe_it, const Doc& doc, bool) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      UsualChecker child(out_, fmt::format("{}{}[{}].", prefix_, key, i), scenario_, idle_because(scenario_, idle_, doc));
+      describe_it(child, items[i]);
+    }
+  }
+
+ private:
+  std::vector<Warning>& out_;
+  const std::string prefix_;
+  const Scenario& scenario_;
+  const When* idle_;
+};
+
+/// "consist[17].count" as "consist[0].count".
+std::string of_first_item(const std::string& key) {
+  const auto open = key.find('['), close = key.find(']');
+  return open == std::string::npos ? key : key.substr(0, open) + "[0]" + key.substr(close + 1);
+}
+
+std::map<std::string, std::string> defaults() {
+  Scenario one_of_each;
+  one_of_each.consist.emplace_back();
+  one_of_each.ground.patches.emplace_back();
+  one_of_each.track.curves.emplace_back();
+  std::map<std::string, std::string> values;
+  for (KeyValue& v : key_values(one_of_each)) values[v.key] = std::move(v.value);
+  return values;
+}
+
+Warning idle(const KeyValue& v) {
+  const bool number = !v.unit.empty() && !v.whole && v.value != ".inf";
+  return {v.key, number ? shown(to_si(v.value, v.unit), v.unit, v.shown_unit) : v.value, "no effect: it acts with " + v.acts_with};
+}
+
+bool is_locomotive(const CarBlock& b) { return b.name.find("locomotive") != std::string::npos; }
+
+bool is_passenger_car(const std::string& name) {
+  std::string lower;
+  for (const char c : name) lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const auto has = [&](const char* word) { return lower.find(word) != std::string::npos; };
+  return has("passenger") || has("coach") || has("sleep") || has("diner") || has("multiple_unit") || has("emu") || has("dmu") || has("tram") ||
+         has("metro");
+}
+
+/// Trains of which nothing was compared with reality: what this program knows of accidents is North American freight.
+void judge_train(const Scenario& s, std::vector<Warning>& out) {
+  for (std::size_t i = 0; i < s.consist.size(); ++i) {
+    if (!is_passenger_car(s.consist[i].name)) continue;
+    out.push_back({fmt::format("consist[{}].name", i), s.consist[i].name,
+                   "a passenger car: nothing here was compared with derailments of passenger trains; config/passenger.yaml has couplers and "
+                   "brakes of such trains with their sources"});
+    return;
+  }
+  const bool parts = s.ground.on_track_law == OnTrackLaw::rails && s.brakes.law == BrakeLaw::air;
+  if (!parts) return;
+  constexpr double kWeakestFreightCoupler = 1.0e6, kLoadedCar = 1.0e6;  // N; below the fitted range of North American freight
+  if (s.coupler.break_draft < kWeakestFreightCoupler) {
+    out.push_back({"coupler.break_draft", shown(s.coupler.break_draft, "N", "kip"),
+                   "a screw coupling, not one of North American freight cars: nothing here was compared with derailments of such trains; "
+                   "config/uic_freight.yaml has couplers and brakes of UIC freight trains with their sources"});
+    return;
+  }
+  double weight = 0.0;
+  int cars = 0;
+  for (const CarBlock& b : s.consist) {
+    if (is_locomotive(b)) continue;
+    weight += b.count * b.weight;
+    cars += b.count;
+  }
+  if (cars > 0 && weight < cars * kLoadedCar) {
+    out.push_back({"consist", shown(weight / cars, "N", "kip") + " a car",
+                   "lighter than the loaded North American cars (263 to 286 kip) that the couplers, brakes and rails of config/accident.yaml "
+                   "were fitted to; UIC trains: config/uic_freight.yaml"});
+  }
+}
+
+}  // namespace
 
 std::string to_string(const Warning& w) {
   std::string text = w.key;
-  if (!w.value.empty()) text += " = " + w.value;
+  if (!w.value.empty()) text += " = " + printable(w.value, kShownMax);
   return text.empty() ? w.text : text + ": " + w.text;
 }
 
-std::vector<Warning> warnings(const Scenario&) { return {}; }
+std::vector<Warning> warnings(const Scenario& scenario) {
+  std::vector<Warning> out;
+  UsualChecker usual(out, "", scenario, nullptr);
+  describe(usual, scenario);
+  const std::map<std::string, std::string> preset = defaults();
+  for (const KeyValue& v : key_values(scenario)) {
+    if (v.acts_with.empty()) continue;
+    const auto known = preset.find(of_first_item(v.key));
+    if (known == preset.end() || known->second != v.value) out.push_back(idle(v));
+  }
+  judge_train(scenario, out);
+  return out;
+}
+
+std::vector<Warning> warnings(const Scenario& scenario, const std::vector<Override>& given) {
+  std::vector<Warning> out = warnings(scenario);
+  for (const KeyValue& v : key_values(scenario)) {
+    const auto is_it = [&](const auto& x) { return x.key == v.key; };
+    if (!v.acts_with.empty() && std::any_of(given.begin(), given.end(), is_it) && std::none_of(out.begin(), out.end(), is_it)) {
+      out.push_back(idle(v));
+    }
+  }
+  return out;
+}
 
 }  // namespace train_derail::inputs

@@ -1,6 +1,8 @@
 #include "train_derail/inputs/writer.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include <nlohmann/json.hpp>
 
@@ -16,37 +18,38 @@ class Writer {
   Writer(std::string& out, std::string indent, std::string first_indent)
       : out_(out), indent_(std::move(indent)), first_(std::move(first_indent)) {}
 
-  void text(const char* key, const std::string& value, const char*) {
+  void text(const char* key, const std::string& value, const Doc&) {
     line(key, nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
-  void number(const char* key, double value, const Quantity& q, const char*) {
+  void number(const char* key, double value, const Quantity& q, const Doc&) {
     std::string comment = std::string(q.unit) == "1" ? "" : q.unit;
     if (*q.shown != '\0' && std::isfinite(value)) {
       comment += fmt::format("; {:.6g} {}", from_si(value, q.unit, q.shown), q.shown);
     }
     line(key, number_text(value), comment);
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const char* doc) {
+  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
     if (value) number(key, *value, q, doc);
   }
   template <class I>
-  void integer(const char* key, I value, const Range&, bool, const char*) {
-    line(key, fmt::format("{}", value));
+  void integer(const char* key, I value, const Range&, bool, const Doc&) {
+    const bool small = static_cast<std::int64_t>(value) <= std::numeric_limits<std::int32_t>::max();  // roslaunch takes no others
+    line(key, fmt::format(small ? "{}" : "\"{}\"", value));
   }
   template <class E, class N>
-  void choice(const char* key, E value, const N& names, const char*) {
+  void choice(const char* key, E value, const N& names, const Doc&) {
     for (const auto& [name, choice] : names) {
       if (choice == value) line(key, std::string(name));
     }
   }
   template <class G, class F>
-  void group(const char* key, const G& g, F describe_it, const char*) {
+  void group(const char* key, const G& g, F describe_it, const Doc&) {
     line(key, "");
     Writer child(out_, indent_ + "  ", indent_ + "  ");
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>& items, F describe_it, const char*, bool) {
+  void list(const char* key, const std::vector<G>& items, F describe_it, const Doc&, bool) {
     line(key, items.empty() ? "[]" : "");
     for (const G& item : items) {
       Writer child(out_, indent_ + "    ", indent_ + "  - ");
@@ -75,23 +78,23 @@ Scenario with_defaults(Scenario s) {
 
 class Lister {
  public:
-  Lister(std::string& out, std::string prefix) : out_(out), prefix_(std::move(prefix)) {}
+  Lister(std::string& out, std::string prefix, const When* when = nullptr) : out_(out), prefix_(std::move(prefix)), when_(when) {}
 
-  void text(const char* key, const std::string& value, const char* doc) {
+  void text(const char* key, const std::string& value, const Doc& doc) {
     row(key, "text", nlohmann::json(value).dump(), doc);
   }
-  void number(const char* key, double value, const Quantity& q, const char* doc) {
-    row(key, q.range.text(q.unit), q.required ? "required" : number_text(value), doc);
+  void number(const char* key, double value, const Quantity& q, const Doc& doc) {
+    row(key, allowed(q), q.required ? "required" : number_text(value), doc);
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const char* doc) {
-    row(key, q.range.text(q.unit), value ? number_text(*value) : "none", doc);
+  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
+    row(key, allowed(q), value ? number_text(*value) : "none", doc);
   }
   template <class I>
-  void integer(const char* key, I value, const Range& range, bool required, const char* doc) {
+  void integer(const char* key, I value, const Range& range, bool required, const Doc& doc) {
     row(key, "whole number, " + range.text("1"), required ? "required" : fmt::format("{}", value), doc);
   }
   template <class E, class N>
-  void choice(const char* key, E value, const N& names, const char* doc) {
+  void choice(const char* key, E value, const N& names, const Doc& doc) {
     std::string allowed, preset;
     for (const auto& [name, choice] : names) {
       allowed += (allowed.empty() ? "" : " | ") + std::string(name);
@@ -100,23 +103,30 @@ class Lister {
     row(key, allowed, preset, doc);
   }
   template <class G, class F>
-  void group(const char* key, const G& g, F describe_it, const char*) {
-    Lister child(out_, prefix_ + key + ".");
+  void group(const char* key, const G& g, F describe_it, const Doc& doc) {
+    Lister child(out_, prefix_ + key + ".", doc.when);
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>&, F describe_it, const char*, bool) {
-    Lister child(out_, fmt::format("{}{}[i].", prefix_, key));
+  void list(const char* key, const std::vector<G>&, F describe_it, const Doc&, bool) {
+    Lister child(out_, fmt::format("{}{}[i].", prefix_, key), when_);
     const G defaults;
     describe_it(child, defaults);
   }
 
  private:
-  void row(const char* key, const std::string& allowed, const std::string& preset, const char* doc) {
-    out_ += fmt::format("{}\n    allowed: {}\n    default: {}\n    {}\n", prefix_ + key, allowed, preset, doc);
+  static std::string allowed(const Quantity& q) {
+    const std::string all = q.range.text(q.unit);
+    return q.usual.max == kInfinity ? all : all + "; usual: " + q.usual.text(q.unit);
+  }
+  void row(const char* key, const std::string& allowed, const std::string& preset, const Doc& doc) {
+    out_ += fmt::format("{}\n    allowed: {}\n    default: {}\n    {}\n", prefix_ + key, allowed, preset, doc.text);
+    // The narrower condition alone: those of keys within a group imply the group's.
+    if (const When* when = doc.when != nullptr ? doc.when : when_) out_ += fmt::format("    acts with: {}\n", when->text);
   }
   std::string& out_;
   std::string prefix_;
+  const When* when_;  // of the group
 };
 
 }  // namespace

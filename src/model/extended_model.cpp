@@ -10,6 +10,7 @@
 
 #include "model/contacts.hpp"
 #include "model/extended_kernels.hpp"
+#include "train_derail/inputs/extent.hpp"
 #include "train_derail/model/brake_law.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
 #include "train_derail/model/ground_law.hpp"
@@ -19,17 +20,6 @@
 namespace train_derail::model {
 
 namespace {
-
-double train_length(const inputs::Scenario& s) {
-  double length = 0.0;
-  for (const inputs::CarBlock& b : s.consist) length += b.count * (b.length + s.coupler.length);
-  return length;
-}
-
-/// How far ahead of the point of derailment the table of the track reaches [m].
-double reach_ahead(const inputs::Scenario& s) {
-  return std::min(100.0 + train_length(s) + s.initial.speed * s.stop.time_max, 6000.0);
-}
 
 /// Whether a truck that the rails hold has come from before the point of derailment to past it, and whether one stands where track
 /// may be torn.
@@ -95,7 +85,7 @@ ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string
       cos_limit_(std::cos(scenario.coupler.swing_limit)),
       cos_break_(scenario.coupler.break_swing < M_PI ? std::cos(scenario.coupler.break_swing) : -2.0),
       kernels_(kernels_of(car_count(), instruction_set)),
-      track_(scenario, -(train_length(scenario) + 100.0), reach_ahead(scenario)),
+      track_(scenario, inputs::track_extent(scenario).from, inputs::track_extent(scenario).to),
       past_pod_(cars_.size(), false),
       cause_(2 * cars_.size(), Cause::none),
       patches_(scenario.ground.patches) {

@@ -45,12 +45,12 @@ class Lister {
   Lister(InputTable& table, std::string prefix)
       : table_(table), prefix_(std::move(prefix)) {}
 
-  void text(const char* key, const std::string& value, const char* meaning) {
-    InputItem& item = add(key, meaning);
+  void text(const char* key, const std::string& value, const inputs::Doc& doc) {
+    InputItem& item = add(key, doc.text);
     item.value = item.exact = value;
   }
-  void number(const char* key, double value, const Quantity& q, const char* meaning) {
-    InputItem& item = add(key, meaning);
+  void number(const char* key, double value, const Quantity& q, const inputs::Doc& doc) {
+    InputItem& item = add(key, doc.text);
     const std::string si = q.unit;
     item.unit_si = si == "1" ? "" : si;
     item.unit = *q.shown != '\0' ? q.shown : item.unit_si;
@@ -65,18 +65,18 @@ class Lister {
     range.max = shown(range.max);
     item.allowed = range.text(item.unit.empty() ? "1" : item.unit);
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const char* meaning) {
-    if (value) number(key, *value, q, meaning);
+  void number(const char* key, const std::optional<double>& value, const Quantity& q, const inputs::Doc& doc) {
+    if (value) number(key, *value, q, doc);
   }
   template <class I>
-  void integer(const char* key, I value, const Range& range, bool, const char* meaning) {
-    InputItem& item = add(key, meaning);
+  void integer(const char* key, I value, const Range& range, bool, const inputs::Doc& doc) {
+    InputItem& item = add(key, doc.text);
     item.value = item.exact = fmt::format("{}", value);
     item.allowed = "a whole number, " + range.text("1");
   }
   template <class E, class N>
-  void choice(const char* key, E value, const N& names, const char* meaning) {
-    InputItem& item = add(key, meaning);
+  void choice(const char* key, E value, const N& names, const inputs::Doc& doc) {
+    InputItem& item = add(key, doc.text);
     for (const auto& [name, choice] : names) {
       item.choices.emplace_back(name);
       item.allowed += (item.allowed.empty() ? "" : ", ") + std::string(name);
@@ -84,12 +84,12 @@ class Lister {
     }
   }
   template <class G, class F>
-  void group(const char* key, const G& g, F describe_it, const char*) {
+  void group(const char* key, const G& g, F describe_it, const inputs::Doc&) {
     Lister child(table_, prefix_ + key + ".");
     describe_it(child, g);
   }
   template <class G, class F>
-  void list(const char* key, const std::vector<G>& items, F describe_it, const char*, bool) {
+  void list(const char* key, const std::vector<G>& items, F describe_it, const inputs::Doc&, bool) {
     for (std::size_t i = 0; i < items.size(); ++i) {
       Lister child(table_, fmt::format("{}{}[{}].", prefix_, key, i));
       describe_it(child, items[i]);

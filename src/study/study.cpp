@@ -53,13 +53,13 @@ void describe_study(V& v, StudyEntry& s) {
   v.text("title", s.title, "One line for tables and pictures.");
   v.text("scenario", s.scenario, "Base scenario, a path relative to this file.");
   v.list("factors", s.factors, [](auto& w, auto& f) {
-    w.text("key", f.key, "Key of the scenario.");
+    w.value("key", f.key, "Key of the scenario.");
     w.text("label", f.label, "For pictures.");
     w.texts("values", f.values, "Values of the plans one_at_a_time and grid.");
     w.texts("scale", f.scale, "The same as multiples of the base value.");
     w.choice("distribution", f.distribution, kDistributions, "Of the random plans.");
-    w.text("low", f.low, "Lower end; of normal the 5 % point.");
-    w.text("high", f.high, "Upper end; of normal the 95 % point.");
+    w.value("low", f.low, "Lower end; of normal the 5 % point.");
+    w.value("high", f.high, "Upper end; of normal the 95 % point.");
   }, "Inputs that vary.", true);
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
@@ -128,6 +128,23 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
   return f;
 }
 
+/// A factor that the laws of the base scenario do not use, and no other factor's value makes them use.
+void refuse_idle(const Study& study, const Factor& f, const std::string& where) {
+  inputs::Scenario base = study.base;
+  base.initial.perturbation = study.perturbation;
+  const std::string acts_with = inputs::key_value(base, f.key).acts_with;
+  if (acts_with.empty()) return;
+  for (const Factor& other : study.factors) {
+    for (const std::string& value : other.values) {
+      try {
+        if (inputs::key_value(inputs::with_values(base, {{other.key, value}}), f.key).acts_with.empty()) return;
+      } catch (const InputError&) {  // no scenario, or one without the key
+      }
+    }
+  }
+  throw InputError(where, f.key, "", "has no effect in this scenario", "with " + acts_with);
+}
+
 Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides, std::optional<double> spread) {
   inputs::Places places;
   const std::vector<inputs::Override> none;
@@ -172,6 +189,7 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   for (std::size_t i = 0; i < entry.factors.size(); ++i) {
     study.factors.push_back(resolve(entry.factors[i], entry, study.base, tree, where(fmt::format("factors[{}].key", i))));
   }
+  for (std::size_t i = 0; i < study.factors.size(); ++i) refuse_idle(study, study.factors[i], where(fmt::format("factors[{}].key", i)));
   study.outcomes = entry.outcomes;
   std::string known;
   for (const auto& q : outcome::kQuantities) known += (known.empty() ? "" : ", ") + std::string(q.name);

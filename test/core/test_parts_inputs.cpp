@@ -68,7 +68,7 @@ TEST(Parts, NeedTheSteppedMethod) {
 TEST(Parts, SteppedMethodNeedsItsStep) {
   EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step.reset(); }),
             "scenario: solver.fixed_step: missing: semi_implicit has no error control; allowed: (0, 1] s");
-  EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step = 0.0; }), "scenario: solver.fixed_step = '0': out of range; allowed: (0, 1] s");
+  EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step = 0.0; }), "scenario: solver.fixed_step = '0': out of range; allowed: [1e-08, 1] s");
 }
 
 TEST(Parts, SteppedMethodHasNoGuidedCars) {
@@ -106,7 +106,7 @@ TEST(Parts, CurvesFollowEachOther) {
   EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.001}, {-51.0, 50.0, -0.001}}; }),
             "scenario: track.curves[1].start = '-51': begins before the curve before it ends; allowed: >= -50 m");
   EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 0.0, 0.001}}; }),
-            "scenario: track.curves[0].length = '0': out of range; allowed: > 0 m");
+            "scenario: track.curves[0].length = '0': out of range; allowed: [0.01, 100000] m");
   EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.03}}; }),
             "scenario: track.curves[0].curvature = '0.03': out of range; allowed: [-0.02, 0.02] 1/m");
 }

@@ -165,9 +165,9 @@ TEST_F(StudyTest, MistakesAreNamed) {
   EXPECT_EQ(error_of(head + "  - {key: initial.sped, scale: [1]}\n").substr(0, 60),
             ":3: factors.key = 'initial.sped': unknown key, or it has no ");
   EXPECT_EQ(error_of(head + "  - {key: initial.speed, scale: [-1]}\n"),
-            ":3: initial.speed = '-8.9408': out of range; allowed: >= 0 m/s");
+            ":3: initial.speed = '-8.9408': out of range; allowed: [0, 200] m/s");
   EXPECT_EQ(error_of(head + "  - {key: initial.speed, values: [5 ft]}\n"),
-            ":3: initial.speed = '5 ft': wrong dimension: 'ft' cannot be converted to 'm/s'; allowed: >= 0 m/s (a number, or "
+            ":3: initial.speed = '5 ft': wrong dimension: 'ft' cannot be converted to 'm/s'; allowed: [0, 200] m/s (a number, or "
             "with a unit as in \"1 mph\")");
   EXPECT_EQ(error_of(head + "  - {key: initial.speed}\n"),
             ":3: initial.speed: the plan needs either values or scale; allowed: values: [...] or scale: [...]");
@@ -175,6 +175,8 @@ TEST_F(StudyTest, MistakesAreNamed) {
             ": samples = '0': the plan needs samples; allowed: >= 1");
   EXPECT_EQ(error_of("plan: sobol\nsamples: 4\n" + head + "  - {key: initial.speed, low: 2, high: 1}\n"),
             ":5: initial.speed = '2': low is not below high; allowed: low < 1");
+  EXPECT_EQ(error_of(head + "  - {key: contact.friction, values: [0.2, 0.4]}\n"),
+            ":3: contact.friction: has no effect in this scenario; allowed: with contact.law: elastic");
   EXPECT_EQ(error_of("replicas: 4\n" + head + "  - {key: initial.speed, scale: [1]}\n").substr(0, 29),
             ":1: replicas = '4': unknown k");
   EXPECT_EQ(error_of("outcomes: [fun]\n" + head + "  - {key: initial.speed, scale: [1]}\n").substr(0, 37),

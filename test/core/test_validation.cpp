@@ -282,7 +282,7 @@ TEST_F(Validate, StudiesThatCannotServeAreRefused) {
     return "";
   };
   EXPECT_EQ(refused("rails.derail_ratio", "initial.speed"), "factors.key: the rows of the table decide it");
-  EXPECT_EQ(refused("rails.derail_ratio", "\"consist[1].weight\""), "factors.key: the rows of the table decide it");
+  EXPECT_EQ(refused("rails.derail_ratio, low: 0.8, high: 1.1", "\"consist[1].weight\", low: 200 kip, high: 286 kip"), "factors.key: the rows of the table decide it");
   EXPECT_EQ(refused("latin_hypercube", "saltelli"), "plan: every row needs a random sample of its own");
   EXPECT_EQ(refused("latin_hypercube", "sobol"), "plan: every row needs a random sample of its own");
 }

@@ -101,7 +101,7 @@ TEST_F(TypedInputs, AreShownInTheUnitThatPeopleReadAndInSi) {
   const InputItem& speed = table.at("initial.speed");
   EXPECT_EQ(speed.value, "37 mph");
   EXPECT_EQ(speed.value_si, "16.54 m/s");
-  EXPECT_EQ(speed.allowed, ">= 0 mph");
+  EXPECT_EQ(speed.allowed, "[0, 447.387] mph");
   EXPECT_FALSE(speed.meaning.empty());
   EXPECT_EQ(table.at("consist[0].weight").value, "150 kip");
   EXPECT_EQ(table.at("consist[0].weight").value_si, "667.2 kN");

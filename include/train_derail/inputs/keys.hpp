@@ -17,6 +17,7 @@ struct KeyValue {
   std::string shown_unit;  // the one people read; "" if the same
   bool whole = false;      // counts and seeds: no fractions
   std::string meaning;
+  std::string acts_with;   // if the value has no effect in this scenario: what it would have one with; "" if it acts
 };
 
 /// Every key of the scenario that has a value, in the order of the file.

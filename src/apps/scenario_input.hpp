@@ -1,0 +1,25 @@
+// What commands that take a scenario share.
+#pragma once
+
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/warnings.hpp"
+
+namespace train_derail::apps {
+
+/// Throws InputError.
+inline std::vector<inputs::Override> overrides(const std::vector<std::string>& texts) {
+  std::vector<inputs::Override> all;
+  for (const std::string& text : texts) all.push_back(inputs::parse_override(text));
+  return all;
+}
+
+/// What is odd about a scenario, and what was given and has no effect: on standard error, a line each.
+inline void say_warnings(const inputs::Scenario& scenario, const std::vector<inputs::Override>& given) {
+  for (const inputs::Warning& w : inputs::warnings(scenario, given)) std::cerr << "derail: warning: " << inputs::to_string(w) << "\n";
+}
+
+}  // namespace train_derail::apps
