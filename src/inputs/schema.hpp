@@ -274,8 +274,8 @@ void describe_output(V& v, O& o) {
 template <class V, class S>
 void describe_solver(V& v, S& s) {
   v.choice("method", s.method, kMethods, "cash_karp, dormand_prince: explicit Runge-Kutta 5(4); bdf: implicit, banded Newton; semi_implicit: Euler's, for all parts beyond the paper.");
-  v.number("rtol", s.rtol, {"1", "", between(1e-15, 1e-2), between(1e-14, 1e-3)}, {"Relative tolerance of the local error.", &kErrorControl});
-  v.number("atol", s.atol, {"1", "", between(1e-18, 1e-2), between(1e-16, 1e-3)}, {"Absolute tolerance of the local error in m, rad, m/s, rad/s.", &kErrorControl});
+  v.number("rtol", s.rtol, {"1", "", between(1e-15, 0.1), between(1e-14, 1e-3)}, {"Relative tolerance of the local error.", &kErrorControl});
+  v.number("atol", s.atol, {"1", "", between(1e-18, 0.1), between(1e-16, 1e-3)}, {"Absolute tolerance of the local error in m, rad, m/s, rad/s.", &kErrorControl});
   v.number("fixed_step", s.fixed_step, {"s", "", between(1e-8, 1), between(1e-6, 0.01)}, "This step instead of error control; not for bdf; semi_implicit must have it.");
   v.integer("steps_max", s.steps_max, between(1, 1e12), false, "More steps are taken for a failure.");
   v.number("wall_time_max", s.wall_time_max, {"s", "", between_or_infinite(1e-9, 1e9)}, "More computing than this, by the clock on the wall, is taken for a failure.");
