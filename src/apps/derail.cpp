@@ -70,6 +70,7 @@ class Outputs {
     add("--json", a.json);
     add("--bag", a.bag);
     apps::require_apart({{"FILE", a.file}}, paths);
+    if (a.bag == "-") throw inputs::InputError("command line", "--bag", "-", "a bag needs a file of its own", "a path");
     open(a.csv, csv_);
     open(a.incidents, incidents_);
     open(a.json, json_);

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <iostream>
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -31,7 +32,7 @@ struct Arguments {
   std::vector<std::string> set;
   std::optional<double> spread;
   int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as the study says
-  bool seeds_only = false, resume = false, quiet = false;
+  bool seeds_only = false, skip_invalid = false, resume = false, quiet = false;
 };
 
 study::Study read_study(const Arguments& a) {
@@ -48,7 +49,7 @@ study::Study read_study(const Arguments& a) {
 }
 
 validation::AccidentTable read_table(const Arguments& a) {
-  validation::AccidentTable table = validation::read_accidents(a.table);
+  validation::AccidentTable table = validation::read_accidents(a.table, a.skip_invalid);
   double slowest = 0.0;
   try {
     if (!a.min_speed.empty()) slowest = inputs::to_si(a.min_speed, "m/s") / inputs::kMph;
@@ -65,6 +66,17 @@ validation::AccidentTable read_table(const Arguments& a) {
   return table;
 }
 
+void say_left_out(const validation::AccidentTable& table) {
+  constexpr std::size_t kShown = 50;
+  if (table.left_out.empty()) return;
+  std::cerr << fmt::format("derail: {}: {} rows left out\n", table.path, table.left_out.size());
+  for (std::size_t i = 0; i < std::min(kShown, table.left_out.size()); ++i) {
+    std::cerr << fmt::format("  line {}: {}\n", table.left_out[i].line, table.left_out[i].text);
+  }
+  const std::size_t more = table.left_out.size() - std::min(kShown, table.left_out.size());
+  if (more > 0) std::cerr << fmt::format("  and {} more (validation.json)\n", more);
+}
+
 int validate(const Arguments& a) {
   expect(files::Kind::accidents, a.table);
   expect(files::Kind::study, a.study);
@@ -78,6 +90,9 @@ int validate(const Arguments& a) {
     return kInputWrong;
   }
   const study::Study study = read_study(a);
+  validation::check_scenarios(study, table, a.skip_invalid);
+  if (!study.fitted_on.empty()) validation::read_fitted_class(study.fitted_on);  // said before the computing
+  say_left_out(table);
   const std::string folder = a.out.value_or(fs::path(a.table).stem().string() + ".validated");
   stop_on_signals();
   validation::Ensembles ensembles;
@@ -134,6 +149,7 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   sub->add_option("--every", a.every, "Only every so manyth row of the table")->check(CLI::Range(1, 1000000));
   add_path(sub, "--out", a.out, "Folder of the results; default: the table's name with .validated");
   sub->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  sub->add_flag("--skip-invalid", a.skip_invalid, "Leave out rows that cannot be used, and say which and why");
   sub->add_flag("--resume", a.resume, "Compute only what the folder lacks: after a kill or a stop");
   sub->add_flag("--quiet", a.quiet, "No progress and no table");
   sub->callback([&command, arguments] { command = [arguments] { return validate(*arguments); }; });

@@ -38,7 +38,7 @@ struct FactorEntry {
   Distribution distribution = Distribution::uniform;
 };
 struct StudyEntry {
-  std::string title, scenario;
+  std::string title, scenario, fitted_on;
   std::vector<FactorEntry> factors;
   Plan plan = Plan::one_at_a_time;
   int samples = 0, replicates = 1;
@@ -52,6 +52,7 @@ template <class V>
 void describe_study(V& v, StudyEntry& s) {
   v.text("title", s.title, "One line for tables and pictures.");
   v.text("scenario", s.scenario, "Base scenario, a path relative to this file.");
+  v.text("fitted_on", s.fitted_on, "For derail validate: the accidents that the base was fitted on, a path relative to this file.");
   v.list("factors", s.factors, [](auto& w, auto& f) {
     w.value("key", f.key, "Key of the scenario.");
     w.text("label", f.label, "For pictures.");
@@ -178,6 +179,7 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
 
   Study study;
   study.base = inputs::read_scenario_file((std::filesystem::path(path).parent_path() / entry.scenario).string(), overrides);
+  if (!entry.fitted_on.empty()) study.fitted_on = (std::filesystem::path(path).parent_path() / entry.fitted_on).string();
   study.title = entry.title;
   study.plan = entry.plan;
   study.samples = entry.samples;

@@ -3,6 +3,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <initializer_list>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,78 +25,301 @@ namespace {
 
 constexpr double kShortTon = 2000.0 * inputs::kPoundForce;  // N
 constexpr int kCountMax = 1000;
-constexpr double kSpeedMax = 300.0, kTonsMax = 1000.0;  // mph, short tons: more is a slip of the pen
+constexpr double kSpeedMax = 300.0, kTonsMin = 10.0, kTonsMax = 1000.0;  // mph, short tons: else a slip of the pen
 
 bool is_locomotive(const CarBlock& block) { return block.name == "locomotive"; }
 
-/// One row of the table, column by column.
+/// A line of the file.
+struct Line {
+  std::size_t number = 0;  // from 1
+  std::vector<std::string> fields;
+};
+
+struct File {
+  std::string path;
+  std::vector<std::string> names;
+  std::vector<Line> rows;
+
+  bool has(const std::string& column) const { return std::find(names.begin(), names.end(), column) != names.end(); }
+  std::string where(const Line& line) const { return fmt::format("{}:{}", path, line.number); }
+};
+
+/// Rows of a wrong length go to `errors`.
+File read_lines(const std::string& path, std::vector<InputError>& errors) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw std::runtime_error(path + ": cannot be read");
+  File file;
+  file.path = path;
+  std::string text;
+  if (std::getline(in, text)) file.names = study::fields_of(text);
+  for (std::size_t number = 2; std::getline(in, text); ++number) {
+    if (text.empty() || text == "\r") continue;
+    Line line{number, study::fields_of(text)};
+    // Published tables end their rows, but not their heads, with a comma.
+    if (line.fields.size() == file.names.size() + 1 && line.fields.back().empty()) line.fields.pop_back();
+    if (line.fields.size() != file.names.size()) {
+      errors.emplace_back(file.where(line), "", "", fmt::format("{} fields", line.fields.size()),
+                          fmt::format("{}, as columns", file.names.size()));
+    } else {
+      file.rows.push_back(std::move(line));
+    }
+  }
+  return file;
+}
+
+/// One row of the table, column by column. What is wrong is gathered.
 class RowReader {
  public:
-  RowReader(const study::Table& table, std::size_t row) : table_(table), row_(row) {}
+  RowReader(const File& file, const Line& line, std::vector<InputError>& errors) : file_(file), line_(line), errors_(errors) {}
 
-  std::size_t line() const { return row_ + 2; }  // under the line of names
-  std::string where() const { return fmt::format("{}:{}", table_.path, line()); }
+  const std::string& text(const std::string& column) const {
+    const auto place = std::find(file_.names.begin(), file_.names.end(), column) - file_.names.begin();
+    return line_.fields.at(static_cast<std::size_t>(place));
+  }
+  std::string text_if_any(const std::string& column) const { return file_.has(column) ? text(column) : ""; }
 
-  int count(const char* column, int min, int max) const {
-    return number<int>(column, fmt::format("a whole number from {} to {}", min, max),
+  int count(const std::string& column, int min, int max) const {
+    return number<int>(column, fmt::format("a whole number from {} to {}", min, max), min,
                        [&](int value) { return value >= min && value <= max; });
   }
-  double positive(const char* column, double max) const {
-    return number<double>(column, fmt::format("a number, 0 < {} <= {}", column, max),
+  /// A blank field is 0.
+  int count_or_blank(const std::string& column) const { return text_if_any(column).empty() ? 0 : count(column, 0, kCountMax); }
+  double positive(const std::string& column, double max) const {
+    return number<double>(column, fmt::format("a number, 0 < {} <= {}", column, max), max,
                           [&](double value) { return value > 0.0 && value <= max; });
+  }
+  double tons(const std::string& column, int cars) const {
+    const double min = kTonsMin * cars, max = kTonsMax * cars;
+    return number<double>(column, fmt::format("a number, {} <= {} <= {}", min, column, max), max,
+                          [&](double value) { return value >= min && value <= max; });
+  }
+  void wrong(const std::string& column, const std::string& value, const std::string& problem, const std::string& allowed) const {
+    errors_.emplace_back(file_.where(line_), column, value, problem, allowed);
   }
 
  private:
   template <class T, class Fits>
-  T number(const char* column, const std::string& allowed, Fits fits) const {
-    const std::string& text = table_.rows[row_][table_.column(column)];
+  T number(const std::string& column, const std::string& allowed, T otherwise, Fits fits) const {
+    const std::string& written = text(column);
     T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) throw InputError(where(), column, text, "not a number of this kind", allowed);
-    if (!fits(value)) throw InputError(where(), column, text, "out of range", allowed);
-    return value;
+    const auto [end, error] = std::from_chars(written.data(), written.data() + written.size(), value);
+    if (error == std::errc() && end == written.data() + written.size() && fits(value)) return value;
+    const bool is_number = error == std::errc() && end == written.data() + written.size();
+    wrong(column, written, is_number ? "out of range" : "not a number of this kind", allowed);
+    return otherwise;
   }
 
-  const study::Table& table_;
-  const std::size_t row_;
+  const File& file_;
+  const Line& line_;
+  std::vector<InputError>& errors_;
 };
 
-Accident read_row(const study::Table& table, std::size_t row) {
-  const RowReader reader(table, row);
+Accident read_row(const File& file, const Line& line, std::vector<InputError>& errors) {
+  const std::size_t before = errors.size();
+  const RowReader reader(file, line, errors);
   Accident a;
-  a.line = reader.line();
-  a.fields = table.rows[row];
+  a.line = line.number;
+  a.fields = line.fields;
   a.speed_mph = reader.positive("speed_mph", kSpeedMax);
   a.n_cars = reader.count("n_cars", 1, kCountMax);
-  a.tons_per_car = reader.positive("tons_per_car", kTonsMax);
+  const int most = errors.size() == before ? a.n_cars : kCountMax;
+  a.tons_per_car = reader.tons("tons_per_car", 1);
   a.head_end_locos = reader.count("head_end_locos", 0, kCountMax);
   a.mid_locos = reader.count("mid_locos", 0, kCountMax);
   a.rear_locos = reader.count("rear_locos", 0, kCountMax);
-  a.first_car_position = reader.count("first_car_position", 1, a.n_cars);
-  a.cars_from_pod_to_rear = reader.count("cars_from_pod_to_rear", 1, a.n_cars);
-  a.cars_derailed = reader.count("cars_derailed", 1, a.n_cars);
-  if (a.first_car_position - 1 + a.cars_from_pod_to_rear != a.n_cars) {
-    throw InputError(reader.where(), "cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
-                     fmt::format("does not go with first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
-                     fmt::format("n_cars - first_car_position + 1 = {}", a.n_cars - a.first_car_position + 1));
+  a.first_car_position = reader.count("first_car_position", 1, most);
+  a.cars_from_pod_to_rear = reader.count("cars_from_pod_to_rear", 1, most);
+  a.cars_derailed = reader.count("cars_derailed", 1, most);
+  a.cause = reader.text_if_any("cause");
+  for (const char* column : {"empty_cars", "empty"}) {
+    if (file.has(column) && !a.empty_cars) a.empty_cars = reader.count_or_blank(column);
+  }
+  if (errors.size() == before && a.first_car_position - 1 + a.cars_from_pod_to_rear != a.n_cars) {
+    reader.wrong("cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
+                 fmt::format("does not go with first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
+                 fmt::format("n_cars - first_car_position + 1 = {}", a.n_cars - a.first_car_position + 1));
   }
   return a;
 }
 
-}  // namespace
+// Form 6180.54 of the Federal Railroad Administration, one report a row. A suffix 1 is what the train had, 2 what of it derailed.
+const std::vector<std::string> kFormColumns{
+    "RAILROAD", "INCDTNO", "TYPE",    "TRNSPD",  "TONS",   "POSITON1", "HEADEND1", "LOADF1",
+    "LOADP1",   "EMPTYF1", "EMPTYP1", "LOADF2",  "LOADP2", "EMPTYF2",  "EMPTYP2",  "CAUSE"};
+const std::vector<std::string> kMadeColumns{
+    "date",         "railroad",       "incdtno",   "state",      "station",            "speed_mph",
+    "n_cars",       "empty_cars",     "trailing_tons", "tons_per_car", "head_end_locos", "mid_locos",
+    "rear_locos",   "first_car_position", "cars_from_pod_to_rear", "cars_derailed", "cause"};
 
-AccidentTable read_accidents(const std::string& path) {
-  const study::Table table = study::read_csv(path);
-  for (const char* column : {"speed_mph", "n_cars", "tons_per_car", "head_end_locos", "mid_locos", "rear_locos",
-                             "first_car_position", "cars_from_pod_to_rear", "cars_derailed"}) {
-    if (std::find(table.names.begin(), table.names.end(), column) == table.names.end()) {
-      throw InputError(path + ":1", column, "", "missing column", "a column of this name (docs/validation.md)");
+bool is_form(const File& file) { return file.has("INCDTNO") && file.has("TRNSPD"); }
+
+Accident read_form_row(const File& file, const Line& line, std::vector<InputError>& errors, std::vector<Remark>& notes) {
+  const std::size_t before = errors.size();
+  const RowReader reader(file, line, errors);
+  const auto sum = [&](std::initializer_list<const char*> columns) {
+    int total = 0;
+    for (const char* column : columns) total += reader.count_or_blank(column);
+    return total;
+  };
+  Accident a;
+  a.line = line.number;
+  if (reader.text("TYPE") != "01") {
+    reader.wrong("TYPE", reader.text("TYPE"), "not a derailment", "01");
+    return a;
+  }
+  a.n_cars = sum({"LOADF1", "LOADP1", "EMPTYF1", "EMPTYP1", "CABOOSE1"});
+  if (errors.size() == before && (a.n_cars < 1 || a.n_cars > kCountMax)) {
+    const std::string other = reader.text_if_any("INCDTNO2");
+    reader.wrong("LOADF1 + LOADP1 + EMPTYF1 + EMPTYP1 + CABOOSE1", fmt::format("{}", a.n_cars),
+                 other.empty() ? "no train" : fmt::format("no train; that is in the report of {}, {}", reader.text("RR2"), other),
+                 fmt::format("1 to {} cars", kCountMax));
+    return a;
+  }
+  a.speed_mph = reader.positive("TRNSPD", kSpeedMax);
+  const double tons = reader.tons("TONS", a.n_cars);
+  a.tons_per_car = std::round(10.0 * tons / a.n_cars) / 10.0;
+  a.empty_cars = sum({"EMPTYF1", "EMPTYP1"});
+  a.head_end_locos = sum({"HEADEND1"});
+  a.mid_locos = sum({"MIDMAN1", "MIDREM1"});
+  a.rear_locos = sum({"RMAN1", "RREM1"});
+  a.cause = reader.text("CAUSE");
+  a.cars_derailed = sum({"LOADF2", "LOADP2", "EMPTYF2", "EMPTYP2", "CABOOSE2"});
+  if (a.cars_derailed < 1 || a.cars_derailed > a.n_cars) {
+    reader.wrong("LOADF2 + LOADP2 + EMPTYF2 + EMPTYP2 + CABOOSE2", fmt::format("{}", a.cars_derailed),
+                 a.cars_derailed < 1 ? "no car derailed" : "more than the train has", fmt::format("1 to {}", a.n_cars));
+  }
+  // Meant is the place among the cars; some railroads count the locomotives ahead of them too.
+  a.first_car_position = reader.count("POSITON1", 1, a.n_cars + a.head_end_locos);
+  if (errors.size() > before) return a;
+  if (a.first_car_position > a.n_cars) {
+    a.first_car_position -= a.head_end_locos;
+    notes.push_back({a.line, fmt::format("POSITON1 = '{}' of {} cars counts locomotives: {} is taken", reader.text("POSITON1"),
+                                         a.n_cars, a.first_car_position)});
+  }
+  a.cars_from_pod_to_rear = a.n_cars - a.first_car_position + 1;
+  const auto date = reader.text_if_any("YEAR4") + "-" + reader.text_if_any("MONTH") + "-" + reader.text_if_any("DAY");
+  a.fields = {date, reader.text("RAILROAD"), reader.text("INCDTNO"), reader.text_if_any("STATE"), reader.text_if_any("STATION"),
+              fmt::format("{}", a.speed_mph), fmt::format("{}", a.n_cars), fmt::format("{}", *a.empty_cars),
+              fmt::format("{}", tons), fmt::format("{}", a.tons_per_car), fmt::format("{}", a.head_end_locos),
+              fmt::format("{}", a.mid_locos), fmt::format("{}", a.rear_locos), fmt::format("{}", a.first_car_position),
+              fmt::format("{}", a.cars_from_pod_to_rear), fmt::format("{}", a.cars_derailed), a.cause};
+  return a;
+}
+
+/// All numbers under which railroads report the accident of a row.
+std::vector<std::string> names_of_accident(const RowReader& reader) {
+  std::string day;
+  for (const char* column : {"YEAR4", "YEAR", "MONTH", "DAY"}) day += reader.text_if_any(column);
+  std::vector<std::string> names;
+  for (const auto& [railroad, number] : {std::pair{"RAILROAD", "INCDTNO"}, {"RR2", "INCDTNO2"}, {"RR3", "INCDTNO3"}}) {
+    const std::string of = reader.text_if_any(railroad), which = reader.text_if_any(number);
+    // A track that belongs to an industry has no report of its own.
+    if (!of.empty() && !which.empty() && which != "INDUSTRY") names.push_back(day + " " + of + " " + which);
+  }
+  return names;
+}
+
+/// Wrong rows of one accident whose train stands in another report are no mistakes.
+void read_form(const File& file, AccidentTable& table, std::vector<InputError>& errors) {
+  for (const std::string& column : kFormColumns) {
+    if (file.has(column)) continue;
+    throw InputError(file.path + ":1", column, "", "missing column", "the columns of form 6180.54 (docs/validation.md)");
+  }
+  table.columns = kMadeColumns;
+  struct Report {
+    Accident accident;
+    std::vector<InputError> errors;
+    std::vector<Remark> notes;
+  };
+  std::vector<Report> reports;
+  std::map<std::string, std::size_t> accident_of;      // by name
+  std::vector<std::vector<std::size_t>> accidents;     // their reports
+  for (const Line& line : file.rows) {
+    Report report;
+    report.accident = read_form_row(file, line, report.errors, report.notes);
+    const std::vector<std::string> names = names_of_accident(RowReader(file, line, report.errors));
+    std::size_t accident = accidents.size();
+    for (const std::string& name : names) {
+      if (const auto found = accident_of.find(name); found != accident_of.end()) accident = std::min(accident, found->second);
+    }
+    if (accident == accidents.size()) accidents.emplace_back();
+    for (const std::string& name : names) accident_of.emplace(name, accident);
+    accidents[accident].push_back(reports.size());
+    reports.push_back(std::move(report));
+  }
+  for (const std::vector<std::size_t>& of_one : accidents) {
+    const auto good = std::find_if(of_one.begin(), of_one.end(), [&](std::size_t i) { return reports[i].errors.empty(); });
+    const std::size_t kept = good == of_one.end() ? of_one.front() : *good;
+    for (const std::size_t i : of_one) {
+      if (i == kept) continue;
+      const std::size_t line = reports[kept].accident.line;
+      table.left_out.push_back({reports[i].accident.line, fmt::format("another report of the accident of line {}", line)});
+    }
+    if (good == of_one.end()) {
+      errors.insert(errors.end(), reports[kept].errors.begin(), reports[kept].errors.end());
+    } else {
+      table.rows.push_back(std::move(reports[kept].accident));
+      table.notes.insert(table.notes.end(), reports[kept].notes.begin(), reports[kept].notes.end());
     }
   }
-  AccidentTable accidents{path, table.names, {}};
-  for (std::size_t row = 0; row < table.rows.size(); ++row) accidents.rows.push_back(read_row(table, row));
-  if (accidents.rows.empty()) throw InputError(path, "", "", "no accidents", "at least one row");
-  return accidents;
+  std::sort(table.rows.begin(), table.rows.end(), [](const Accident& a, const Accident& b) { return a.line < b.line; });
+}
+
+/// "table.csv:12" -> 12.
+std::size_t line_of(const InputError& e) {
+  const std::string& where = e.where();
+  return static_cast<std::size_t>(std::strtoull(where.c_str() + where.rfind(':') + 1, nullptr, 10));
+}
+
+}  // namespace
+
+void refuse(const std::string& path, std::size_t rows, const std::vector<InputError>& errors) {
+  if (errors.empty()) return;
+  if (errors.size() == 1) throw errors.front();
+  constexpr std::size_t kShown = 50;
+  std::set<std::string> wrong;
+  std::string text;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    wrong.insert(errors[i].where());
+    if (i < kShown) text += std::string("\n  ") + errors[i].what();
+  }
+  if (errors.size() > kShown) text += fmt::format("\n  and {} more", errors.size() - kShown);
+  text = fmt::format("{} of {} rows cannot be used; --skip-invalid leaves them out:", wrong.size(), rows) + text;
+  throw InputError(path, "", "", text, "");
+}
+
+AccidentTable read_accidents(const std::string& path, bool skip_invalid) {
+  std::vector<InputError> errors;
+  const File file = read_lines(path, errors);
+  const std::size_t all = file.rows.size() + errors.size();
+  AccidentTable table{path, file.names, {}, {}, {}};
+  if (is_form(file)) {
+    read_form(file, table, errors);
+  } else {
+    for (const char* column : {"speed_mph", "n_cars", "tons_per_car", "head_end_locos", "mid_locos", "rear_locos",
+                               "first_car_position", "cars_from_pod_to_rear", "cars_derailed"}) {
+      if (file.has(column)) continue;
+      throw InputError(path + ":1", column, "", "missing column", "a column of this name (docs/validation.md)");
+    }
+    for (const Line& line : file.rows) {
+      const std::size_t before = errors.size();
+      Accident row = read_row(file, line, errors);
+      if (errors.size() == before) table.rows.push_back(std::move(row));
+    }
+  }
+  if (!skip_invalid) refuse(path, all, errors);
+  for (const InputError& e : errors) {
+    const std::string what = std::string(e.what()).substr(e.where().size() + 2);  // without the place
+    const auto told = std::find_if(table.left_out.begin(), table.left_out.end(),
+                                   [&](const Remark& r) { return r.line == line_of(e); });
+    if (told == table.left_out.end()) table.left_out.push_back({line_of(e), what});
+    else told->text += "; " + what;
+  }
+  std::stable_sort(table.left_out.begin(), table.left_out.end(),
+                   [](const Remark& a, const Remark& b) { return a.line < b.line; });
+  if (all == 0) throw InputError(path, "", "", "no accidents", "at least one row");
+  if (table.rows.empty()) throw InputError(path, "", "", fmt::format("none of {} rows can be used", all), "at least one");
+  return table;
 }
 
 inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& a) {

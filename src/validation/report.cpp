@@ -52,6 +52,18 @@ std::string terms_of(FitKind kind) {
   return "";
 }
 
+/// Rows outside of the fitted class; null if that is not known.
+ordered_json outside_count(const Validation& v) {
+  if (!v.fitted.known()) return {};
+  return std::count_if(v.outside.begin(), v.outside.end(), [](const std::string& o) { return !o.empty(); });
+}
+
+ordered_json to_json(const std::vector<Remark>& remarks) {
+  ordered_json j = ordered_json::array();
+  for (const Remark& r : remarks) j.push_back({{"line", r.line}, {"text", r.text}});
+  return j;
+}
+
 ordered_json to_json(const Group& g) {
   ordered_json j{{"name", g.name}, {"rows", g.rows}};
   for (const Rated& r : g.rated) {
@@ -91,6 +103,8 @@ ordered_json to_json(const Group& g) {
 std::string to_table(const Validation& v) {
   std::string text = fmt::format("{} accidents, {} members each{}\n", v.accidents.rows.size(), v.members,
                                  v.failed > 0 ? fmt::format(", {} runs failed", v.failed) : "");
+  for (const Remark& note : v.accidents.notes) text += fmt::format("line {}: {}\n", note.line, note.text);
+  for (const std::string& warning : v.warnings) text += "warning: " + warning + "\n";
   text += interval_text(v) + "\n";
   for (const Group& g : v.groups) {
     text += fmt::format("\n{} ({} rows)\n    {:<42}{:>8}{:>9}{:>9}{:>9}{:>8}{:>10}{:>8}\n", g.name, g.rows, "", "MAE", "bias", "RMSE", "R2",
@@ -122,7 +136,12 @@ std::string to_json(const Validation& v) {
                  {"members", v.members},
                  {"failed", v.failed},
                  {"interval", {{"wanted", kIntervalShare}, {"low_rank", ranks.low}, {"high_rank", ranks.high}, {"held_by_ranks", ranks.held}}},
-                 {"stretched_by", v.stretched.factor}};
+                 {"stretched_by", v.stretched.factor},
+                 {"fitted_on", v.fitted.title},
+                 {"outside", outside_count(v)},
+                 {"warnings", v.warnings},
+                 {"left_out", to_json(v.accidents.left_out)},
+                 {"notes", to_json(v.accidents.notes)}};
   for (const Group& g : v.groups) j["groups"].push_back(to_json(g));
   return j.dump(2, ' ', false, ordered_json::error_handler_t::replace);
 }
@@ -130,7 +149,8 @@ std::string to_json(const Validation& v) {
 std::string rows_csv(const Validation& v) {
   std::string text = "line";
   for (const std::string& column : v.accidents.columns) text += "," + study::quoted(column);
-  text += ",predicted_mean,predicted_sd,predicted_low,predicted_median,predicted_high,predicted_members,crps,stretched_low,stretched_high";
+  text += ",predicted_mean,predicted_sd,predicted_low,predicted_median,predicted_high,predicted_members,crps,stretched_low,stretched_high"
+          ",outside";
   for (const Fit& f : v.fits) text += fmt::format(",{0},{0}_left_out", to_string(f.kind));
   text += "\n";
   for (std::size_t i = 0; i < v.accidents.rows.size(); ++i) {
@@ -140,6 +160,7 @@ std::string rows_csv(const Validation& v) {
     for (const std::string& value : a.fields) text += "," + study::quoted(value);
     for (const double value : {p.mean, p.sd, v.intervals[i].low, p.median, v.intervals[i].high}) text += "," + field(value);
     text += fmt::format(",{},{},{},{}", p.count, field(v.crps[i]), field(v.stretched.low[i]), field(v.stretched.high[i]));
+    text += "," + study::quoted(v.outside[i]);
     for (const Fit& f : v.fits) text += "," + field(f.fitted[i]) + "," + field(f.left_out[i]);
     text += "\n";
   }

@@ -6,6 +6,7 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -22,13 +23,14 @@ using inputs::InputError;
 
 namespace {
 
-Member compute(const study::Study& study, const Accident& accident, const study::Point& point, const study::Run& run) {
+Member compute(const study::Study& study, const Accident& accident, const study::Point& point, const study::Run& run,
+               const std::atomic<bool>& stop) {
   Member m;
   m.seed = run.seed;
   try {
     const inputs::Scenario scenario = scenario_of(study::scenario_of(study, point, run), accident);
     simulation::Simulation simulation(scenario);
-    simulation.run();
+    simulation.run(&stop);
     m.outcome = simulation.outcome();
     m.derailed = count_derailed(scenario, simulation.snapshot());
   } catch (const InputError& e) {
@@ -168,7 +170,8 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
     const std::size_t row = i / static_cast<std::size_t>(members);
     const auto member = static_cast<std::int64_t>(i % static_cast<std::size_t>(members));
     const study::Point& point = points[row][static_cast<std::size_t>(member / study.replicates)];
-    Member m = compute(study, accidents.rows[row], point, study::run_of(study, number_of(i)));
+    Member m = compute(study, accidents.rows[row], point, study::run_of(study, number_of(i)), stop);
+    if (m.outcome.ended == outcome::Ended::running) return;  // stopped
     m.text = line_of(accidents.rows[row], member, point, m);
     const std::lock_guard<std::mutex> lock(mutex);
     if (broken) return;
@@ -198,13 +201,18 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
   return e;
 }
 
+std::optional<InputError> wrong_scenario(const study::Study& study, const AccidentTable& accidents, const Accident& a) {
+  try {
+    inputs::validate(scenario_of(study.base, a));
+    return {};
+  } catch (const InputError& e) {
+    return InputError(fmt::format("{}:{}: scenario", accidents.path, a.line), e.key(), e.value(), e.problem(), e.allowed());
+  }
+}
+
 void check_rows(const study::Study& study, const AccidentTable& accidents) {
   for (const Accident& a : accidents.rows) {
-    try {
-      inputs::validate(scenario_of(study.base, a));
-    } catch (const InputError& e) {
-      throw InputError(fmt::format("{}:{}: scenario", accidents.path, a.line), e.key(), e.value(), e.problem(), e.allowed());
-    }
+    if (const auto wrong = wrong_scenario(study, accidents, a)) throw *wrong;
   }
 }
 
@@ -217,7 +225,50 @@ std::string description(const study::Study& study, const AccidentTable& accident
   return j.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
+/// What is to be said of rows and class.
+void judge(Validation& v) {
+  const AccidentTable& table = v.accidents;
+  if (!v.study.fitted_on.empty()) v.fitted = read_fitted_class(v.study.fitted_on);
+  if (!v.fitted.known()) {
+    v.outside.assign(table.rows.size(), "not known");
+    v.warnings.push_back("the study does not say what its base was fitted on (fitted_on): whether these rows are like it is not known");
+    return;
+  }
+  std::size_t count = 0;
+  for (const Accident& a : table.rows) {
+    v.outside.push_back(outside(v.fitted, a));
+    if (v.outside.back().empty()) continue;
+    ++count;
+    constexpr std::size_t kNamed = 20;
+    if (count <= kNamed) v.warnings.push_back(fmt::format("line {} is outside of the fitted class: {}", a.line, v.outside.back()));
+  }
+  if (count > 0) {
+    v.warnings.insert(v.warnings.begin(),
+                      fmt::format("{} of {} rows lie outside of what the base was fitted on ({}): their counts are guesses; "
+                                  "rows.csv says of each in what", count, table.rows.size(), v.fitted.title));
+  }
+  for (const std::string& name : not_told(v.fitted, table)) {
+    v.warnings.push_back(fmt::format("the table does not tell {} of every row: whether it is of the fitted class ({}) is not known",
+                                     name, v.fitted.title));
+  }
+}
+
 }  // namespace
+
+void check_scenarios(const study::Study& study, AccidentTable& accidents, bool skip_invalid) {
+  std::vector<InputError> errors;
+  std::vector<Accident> good;
+  for (const Accident& a : accidents.rows) {
+    if (auto wrong = wrong_scenario(study, accidents, a)) {
+      if (skip_invalid) accidents.left_out.push_back({a.line, wrong->what()});
+      errors.push_back(std::move(*wrong));
+    } else {
+      good.push_back(a);
+    }
+  }
+  if (!skip_invalid || good.empty()) refuse(accidents.path, accidents.rows.size(), errors);
+  accidents.rows = std::move(good);
+}
 
 Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
@@ -248,7 +299,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, const R
 }
 
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
-  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}};
+  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, {}};
   std::vector<std::vector<double>> counts(accidents.rows.size());
   for (const Member& m : ensembles.members) {
     if (m.outcome.ended == outcome::Ended::integration_failed) continue;
@@ -260,6 +311,8 @@ Validation evaluate(const study::Study& study, const AccidentTable& accidents, c
     v.predicted.push_back(study::spread(std::move(sample)));
   }
 
+  judge(v);
+
   constexpr double kFast = 10.0;  // mph
   constexpr int kLongTail = 60;
   const auto add = [&](const std::string& name, const std::function<bool(const Accident&)>& wanted) {
@@ -267,6 +320,11 @@ Validation evaluate(const study::Study& study, const AccidentTable& accidents, c
     if (!c.real.empty()) v.groups.push_back(group(name, c));
   };
   add("all rows", [](const Accident&) { return true; });
+  const auto is_outside = [](const std::string& what) { return !what.empty(); };
+  if (v.fitted.known() && std::any_of(v.outside.begin(), v.outside.end(), is_outside)) {
+    add("inside of the fitted class", [&](const Accident& a) { return outside(v.fitted, a).empty(); });
+    add("outside of the fitted class", [&](const Accident& a) { return !outside(v.fitted, a).empty(); });
+  }
   add("10 mph or more", [](const Accident& a) { return a.speed_mph >= kFast; });
   add("tail of 60 cars or more", [](const Accident& a) { return a.cars_from_pod_to_rear >= kLongTail; });
   add("10 mph or more, tail of 60 cars or more",

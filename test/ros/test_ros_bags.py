@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Bags: recorded by sim.launch, written by derail without a master, replayed; real rosbag tools on all of them."""
 
+import fcntl
 import io
 import os
 import resource
@@ -228,6 +229,46 @@ class BagTest(unittest.TestCase):
     def test_replay_begins_where_it_is_told_to(self):
         self.launch('replay.launch', 'bag:=offline.bag', 'start:=2')
         self.assertGreaterEqual(rospy.wait_for_message('/train_derail/cars', CarStates, LIMIT).time, 2.0)
+
+    def test_no_bag_is_written_over(self):
+        bag, active = self.path('once.bag'), self.path('once.bag.active')
+
+        def run(*arguments):
+            return subprocess.run([program('derail'), 'run', self.scenario, '--quiet', '--set', 'stop.time_max=0.5', *arguments],
+                                  capture_output=True, text=True, timeout=LIMIT, check=False)
+
+        self.assertEqual(run('--bag', bag).returncode, 0)
+        with open(bag, 'rb') as file:
+            before = file.read()
+        again = run('--bag', bag)
+        self.assertEqual((again.returncode, again.stderr.count('exists already')), (1, 1), again.stderr)
+        with open(bag, 'rb') as file:
+            self.assertEqual(file.read(), before)
+        self.assertEqual(run('--force', '--bag', bag).returncode, 0)
+
+        # What a kill leaves can be made whole.
+        os.rename(bag, active)
+        left = run('--bag', bag)
+        self.assertEqual((left.returncode, left.stderr.count('rosbag reindex')), (1, 1), left.stderr)
+        self.assertEqual((os.path.exists(active), os.path.exists(bag)), (True, False))
+        with open(active, 'rb') as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            busy = run('--force', '--bag', bag)
+            self.assertEqual((busy.returncode, busy.stderr.count('another process')), (1, 1), busy.stderr)
+        self.assertEqual(run('--bag', '/dev/null').returncode, 1)
+        self.assertEqual(run('--bag', '-').returncode, 2)
+
+    def test_an_interrupted_bag_is_whole(self):
+        bag = self.path('cut.bag')
+        process = subprocess.Popen([program('derail'), 'run', self.scenario, '--quiet', '--set', 'output.interval=1 ms', '--bag', bag],
+                                   stderr=subprocess.PIPE, text=True)
+        self.assertTrue(wait_for(lambda: os.path.exists(bag + '.active') and os.path.getsize(bag + '.active') > 100000))
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=LIMIT)[1]
+        self.assertEqual(process.returncode, 130, said)
+        self.assertIn(bag, said)
+        self.assertFalse(os.path.exists(bag + '.active'))
+        self.assertIn('/train_derail/outcome', contents(bag))
 
     def test_what_cannot_be_written_is_said(self):
         process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0', 'exit_when_done:=true', 'record:=true',

@@ -116,7 +116,7 @@ class AccidentTable(PlotTest):
         counts = []
         for seed in ('1', '2'):
             path = os.path.join(CONFIG, 'accidents', 'columbus_2012.yaml')
-            out = self.path('outcome.json')
+            out = self.path(f'outcome{seed}.json')
             self.derail('run', path, '--json', out, *short, '--set', f'initial.perturbation.seed={seed}')
             counts.append(load(out)['cars_derailed'])
         self.assertEqual(cells[4], accident_table.band(counts))

@@ -44,6 +44,7 @@ struct Study {
   std::vector<std::string> outcomes;    // names of outcome::kQuantities that are summarised and drawn
   std::int64_t seed = 1;
   Engine engine = Engine::purpose_built;  // not in the file: asked for on the command line
+  std::string fitted_on;                  // path of the class of accidents that the base was fitted on (validation); empty: not said
 };
 
 /// `scenario` in the file is a path relative to the file; `overrides` change that scenario, `spread` stands for the file's own (of

@@ -1,9 +1,11 @@
 // Real accidents from a table, and the scenario of each.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
@@ -19,18 +21,33 @@ struct Accident {
   int first_car_position = 0;      // of the first car that derailed, from 1
   int cars_from_pod_to_rear = 0;   // that car counted
   int cars_derailed = 0;           // what really happened
+  std::string cause;               // code of the report; empty if the table does not say
+  std::optional<int> empty_cars;   // in the train; none if the table does not say
   std::vector<std::string> fields; // the row as it stands
+};
+
+/// A line of the table and what is to be said about it.
+struct Remark {
+  std::size_t line = 0;
+  std::string text;
 };
 
 struct AccidentTable {
   std::string path;
   std::vector<std::string> columns;
   std::vector<Accident> rows;
+  std::vector<Remark> left_out;  ///< rows that cannot be used, and further reports of an accident
+  std::vector<Remark> notes;     ///< rows that are used but had to be interpreted
 };
 
-/// Columns named as in docs/validation.md, in any order, others beside them. Throws inputs::InputError that names file, line,
-/// column, value and what is allowed, and std::runtime_error if the file is no table.
-AccidentTable read_accidents(const std::string& path);
+/// Columns named as in docs/validation.md, in any order, others beside them; or reports as published (form 6180.54), of which
+/// rows with these columns are made. Lines may end with a comma more than there are columns. Several reports of one accident
+/// count once. Throws inputs::InputError about all rows that cannot be used: file, line, column, value, what is allowed; with
+/// `skip_invalid` these rows are left out instead, as long as any is left. Throws std::runtime_error if the file cannot be read.
+AccidentTable read_accidents(const std::string& path, bool skip_invalid = false);
+
+/// What is wrong with some rows, as one error. Does nothing if nothing is.
+void refuse(const std::string& path, std::size_t rows, const std::vector<inputs::InputError>& errors);
 
 /// `base` with the accident's speed, weight, locomotives and cars. Blocks of the base's consist are templates: the first one named
 /// locomotive; the first other one for cars; the last other one for the last car. Locomotives in the middle and at the rear vent

@@ -13,6 +13,7 @@
 #include "train_derail/study/statistics.hpp"
 #include "train_derail/study/study.hpp"
 #include "train_derail/validation/accidents.hpp"
+#include "train_derail/validation/fitted_class.hpp"
 #include "train_derail/validation/scores.hpp"
 
 namespace train_derail::validation {
@@ -92,9 +93,16 @@ struct Validation {
   std::vector<double> crps;                 // row by row
   Stretched stretched;                   // 90 % intervals, from all rows
   std::vector<Fit> fits;                 // from all rows
-  std::vector<Group> groups;             // with at least one row
+  std::vector<Group> groups;             // with at least one row; if any is outside of the fitted class, inside and outside apart
+  FittedClass fitted;                    // not known if the study does not say
+  std::vector<std::string> outside;      // row by row, in what it lies outside of the fitted class; empty: in nothing
+  std::vector<std::string> warnings;     // what should be looked at before the numbers are believed; one line each
 };
+/// Throws inputs::InputError: the file that study.fitted_on names.
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles);
+
+/// Of rows that make no scenario of the study: throws inputs::InputError about all of them, or leaves them out.
+void check_scenarios(const study::Study& study, AccidentTable& accidents, bool skip_invalid);
 
 /// For people.
 std::string to_table(const Validation& v);
