@@ -171,13 +171,13 @@ double Monitor::recent_force(double value) const {
 }
 
 PeakForce Monitor::buff_peak(Eigen::Index i, double t, double now) const {
-  PeakForce peak{std::max(recent_force(highest_[i]), 0.0), static_cast<int>(i) + 1, highest_time_[i]};
+  PeakForce peak{std::max(0.0, recent_force(highest_[i])), static_cast<int>(i) + 1, highest_time_[i]};
   if (now > peak.force) peak = {now, peak.coupler, t};
   return peak;
 }
 
 PeakForce Monitor::draft_peak(Eigen::Index i, double t, double now) const {
-  PeakForce peak{std::max(-recent_force(lowest_[i]), 0.0), static_cast<int>(i) + 1, lowest_time_[i]};
+  PeakForce peak{std::max(0.0, -recent_force(lowest_[i])), static_cast<int>(i) + 1, lowest_time_[i]};
   if (-now > peak.force) peak = {-now, peak.coupler, t};
   return peak;
 }
