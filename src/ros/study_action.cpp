@@ -92,7 +92,7 @@ RunStudyResult run(const RunStudyGoal& goal, const std::function<void(const RunS
       result.message = fmt::format("stopped with {} runs on disk; resume computes the rest", report.runs);
       return result;
     }
-    study::write_results(goal.folder, study, report.failed, report.wall_time);
+    study::write_results(goal.folder, study, report.wall_time, &stop);
     result.table = study::to_table(goal.folder, study);
     result.status = RunStudyResult::DONE;
     result.message = fmt::format("{} runs in {}", report.runs, goal.folder);

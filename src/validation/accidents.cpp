@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "study/csv.hpp"
+#include "train_derail/files/csv.hpp"
 #include "train_derail/inputs/error.hpp"
 
 namespace train_derail::validation {
@@ -22,13 +22,13 @@ constexpr double kSpeedMax = 300.0, kTonsMax = 1000.0;  // mph, short tons: more
 
 bool is_locomotive(const CarBlock& block) { return block.name == "locomotive"; }
 
-/// One row of the table, column by column.
+/// The last row that was read, column by column.
 class RowReader {
  public:
-  RowReader(const study::Table& table, std::size_t row) : table_(table), row_(row) {}
+  RowReader(const files::CsvTable& table, const std::string& path, const std::vector<std::string>& fields)
+      : table_(table), fields_(fields), where_(fmt::format("{}:{}", path, table.line())) {}
 
-  std::size_t line() const { return row_ + 2; }  // under the line of names
-  std::string where() const { return fmt::format("{}:{}", table_.path, line()); }
+  const std::string& where() const { return where_; }
 
   int count(const char* column, int min, int max) const {
     return number<int>(column, fmt::format("a whole number from {} to {}", min, max),
@@ -42,7 +42,7 @@ class RowReader {
  private:
   template <class T, class Fits>
   T number(const char* column, const std::string& allowed, Fits fits) const {
-    const std::string& text = table_.rows[row_][table_.column(column)];
+    const std::string& text = fields_[table_.column(column)];
     T value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size()) throw InputError(where(), column, text, "not a number of this kind", allowed);
@@ -50,15 +50,16 @@ class RowReader {
     return value;
   }
 
-  const study::Table& table_;
-  const std::size_t row_;
+  const files::CsvTable& table_;
+  const std::vector<std::string>& fields_;
+  const std::string where_;
 };
 
-Accident read_row(const study::Table& table, std::size_t row) {
-  const RowReader reader(table, row);
+Accident read_row(const files::CsvTable& table, const std::string& path, const std::vector<std::string>& fields) {
+  const RowReader reader(table, path, fields);
   Accident a;
-  a.line = reader.line();
-  a.fields = table.rows[row];
+  a.line = table.line();
+  a.fields = fields;
   a.speed_mph = reader.positive("speed_mph", kSpeedMax);
   a.n_cars = reader.count("n_cars", 1, kCountMax);
   a.tons_per_car = reader.positive("tons_per_car", kTonsMax);
@@ -78,18 +79,18 @@ Accident read_row(const study::Table& table, std::size_t row) {
 
 }  // namespace
 
-AccidentTable read_accidents(const std::string& path) {
-  const study::Table table = study::read_csv(path);
+AccidentTable read_accidents(const std::string& path) try {
+  files::CsvTable table(path);
   for (const char* column : {"speed_mph", "n_cars", "tons_per_car", "head_end_locos", "mid_locos", "rear_locos",
                              "first_car_position", "cars_from_pod_to_rear", "cars_derailed"}) {
-    if (std::find(table.names.begin(), table.names.end(), column) == table.names.end()) {
-      throw InputError(path + ":1", column, "", "missing column", "a column of this name (docs/validation.md)");
-    }
+    if (!table.has(column)) throw InputError(path + ":1", column, "", "missing column", "a column of this name (docs/validation.md)");
   }
-  AccidentTable accidents{path, table.names, {}};
-  for (std::size_t row = 0; row < table.rows.size(); ++row) accidents.rows.push_back(read_row(table, row));
+  AccidentTable accidents{path, table.names(), {}};
+  for (std::vector<std::string> fields; table.next(fields);) accidents.rows.push_back(read_row(table, path, fields));
   if (accidents.rows.empty()) throw InputError(path, "", "", "no accidents", "at least one row");
   return accidents;
+} catch (const files::CsvError& e) {
+  throw InputError(e.line() > 0 ? fmt::format("{}:{}", path, e.line()) : path, "", "", e.problem(), "a table of accidents, CSV (docs/validation.md)");
 }
 
 inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& a) {

@@ -29,7 +29,7 @@ struct AccidentTable {
 };
 
 /// Columns named as in docs/validation.md, in any order, others beside them. Throws inputs::InputError that names file, line,
-/// column, value and what is allowed, and std::runtime_error if the file is no table.
+/// column, value and what is allowed, also if the file is no table.
 AccidentTable read_accidents(const std::string& path);
 
 /// `base` with the accident's speed, weight, locomotives and cars. Blocks of the base's consist are templates: the first one named
