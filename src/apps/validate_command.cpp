@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "files.hpp"
 #include "interrupt.hpp"
 #include "jobs.hpp"
 #include "progress.hpp"

@@ -309,10 +309,11 @@ std::string first_difference(const nlohmann::json& was, const nlohmann::json& is
   return fmt::format("{}: was {}, is now {}", files::printable(place.to_string().empty() ? "" : place.to_string().substr(1)), at(was), at(is));
 }
 
-void require_same_study(const std::string& folder, const std::string& identity) {
+/// How the study in a folder differs; "" if it is this one.
+std::string difference(const std::string& folder, const std::string& identity) {
   const nlohmann::json was = read_json(in(folder, "study.json"), kStudyMakesIt);
-  const std::string difference = first_difference(was, nlohmann::json::parse(identity));
-  if (!difference.empty()) refuse(folder, "holds results of another study; " + difference);
+  const std::string found = first_difference(was, nlohmann::json::parse(identity));
+  return found.empty() ? "" : "holds results of another study; " + found;
 }
 
 /// One line, whatever stands in it.
@@ -390,7 +391,7 @@ std::string flaw_of_ended(const std::string& text) {
 }
 
 JournalFormat journal_format(const Study& study) {
-  JournalFormat format{to_json(study), {"run", "point", "replicate", "seed"}, {}};
+  JournalFormat format{"study", to_json(study), {"run", "point", "replicate", "seed"}, {}};
   for (const auto& q : outcome::kQuantities) format.columns.emplace_back(q.name);
   for (const char* name : {"ended", "steps", "rhs_evaluations", "warnings", "message"}) format.columns.emplace_back(name);
   Study plan;  // what run_of() needs
@@ -434,7 +435,7 @@ void claim_folder(const std::string& folder, const std::string& identity) {
     for (const auto& entry : fs::directory_iterator(folder, error)) {
       // Looked for again: another shard may have begun in the meantime.
       if (would_be_written(entry.path()) && !fs::exists(file, error)) {
-        refuse(folder, "holds " + entry.path().filename().string() + " but no study.json: not a folder of this program");
+        fail(folder, "holds " + entry.path().filename().string() + " but no study.json: not a folder of this program");
       }
     }
     try {
@@ -443,13 +444,13 @@ void claim_folder(const std::string& folder, const std::string& identity) {
     } catch (const files::ExistsError&) {  // ... and been faster
     }
   }
-  require_same_study(folder, identity);
+  if (const std::string other = difference(folder, identity); !other.empty()) fail(folder, other);
 }
 
 void check_folder(const std::string& folder, const std::string& identity) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) refuse(folder, "no such folder", "a folder that derail study has written");
-  require_same_study(folder, identity);
+  if (const std::string other = difference(folder, identity); !other.empty()) refuse(folder, other);
 }
 
 Journal::Journal(const std::string& folder, const JournalFormat& format, const Shard& shard, bool resume,
@@ -477,7 +478,7 @@ Journal::Journal(const std::string& folder, const JournalFormat& format, const S
       problems_.insert(problems_.end(), s.problems.begin(), s.problems.end());
     }
     if (lines && !resume) {
-      refuse(folder, fmt::format("holds {} finished runs of this study; --resume computes what is missing", rows.size()));
+      fail(folder, fmt::format("holds {} finished runs of this {}; --resume computes what is missing", rows.size(), format.what));
     }
     for (std::size_t j = 0; j < journals.size(); ++j) {
       const Shard owner = shard_of(journals[j]);

@@ -190,7 +190,7 @@ study::JournalFormat journal_format(const study::Study& study, const AccidentTab
   study::Study plan;  // what run_of() needs
   plan.seed = study.seed;
   plan.replicates = study.replicates;
-  study::JournalFormat format{identity, journal_columns(), {}};
+  study::JournalFormat format{"validation", identity, journal_columns(), {}};
   format.flaw = [plan, rows, members = members_a_row(study), columns = format.columns](const std::vector<std::string>& fields) -> std::string {
     const std::int64_t number = std::stoll(fields[0]), line = number / members;
     const auto row = rows.find(line);

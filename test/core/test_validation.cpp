@@ -438,10 +438,10 @@ TEST_F(Validate, TheCommandRefusesWhatIsWrong) {
   ASSERT_EQ(derail("validate table.csv --study study.yaml --out results --quiet").code, 0);
   const auto in_use = [&](const std::string& arguments, const std::string& why) {
     const Result r = derail("validate table.csv --study study.yaml --out results " + arguments);
-    EXPECT_EQ(r.code, 2) << r.out;
+    EXPECT_EQ(r.code, 1) << r.out;
     EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
   };
-  in_use("", "results: holds 9 finished runs of this study; --resume computes what is missing");
+  in_use("", "results: holds 9 finished runs of this validation; --resume computes what is missing");
   in_use("--resume --members 4", "results: holds results of another study; samples: was 3, is now 4");
   in_use("--resume --spread 1.1", "holds results of another study");
   in_use("--resume --min-speed '20 mph'", "holds results of another study; accidents/rows/3");

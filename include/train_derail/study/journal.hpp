@@ -22,6 +22,7 @@ struct Shard {
 /// A journal's first line names its columns, the format (2) and the checksum of the study that it belongs to; every other line ends with a
 /// CRC-64 of itself and of that study. A line whose checksum, number of fields, types or place in the plan are wrong is not believed.
 struct JournalFormat {
+  std::string what;                  // "study", "validation"
   std::string identity;              // what study.json holds
   std::vector<std::string> columns;  // without the computing time; the first: the run's number
   /// What is wrong with a row of as many fields as there are columns; "" if it belongs to the plan.
@@ -36,8 +37,8 @@ std::string flaw_of_number(const std::string& column, const std::string& text);
 std::string flaw_of_ended(const std::string& text);
 
 /// A folder of results belongs to one study: `study.json` in it says which. Creates both.
-/// Throws inputs::InputError: it holds another study (the message names what differs), or study.json cannot be read;
-/// std::runtime_error: it cannot be written.
+/// Throws std::runtime_error: it holds another study (the message names what differs), results of others, or cannot be written;
+/// inputs::InputError: study.json cannot be read.
 void claim_folder(const std::string& folder, const std::string& identity);
 /// The same, but creates nothing: a folder that is none of this study's results is an inputs::InputError.
 void check_folder(const std::string& folder, const std::string& identity);
@@ -53,7 +54,7 @@ class Journal {
  public:
   /// Opens or creates the shard's journal. Calls use() for every good row of all journals in the folder. Lines that are not good are taken out
   /// of the journals; a torn last line (the process was killed) is cut off in silence.
-  /// Throws std::runtime_error: another process computes this shard; inputs::InputError: there are runs and `resume` is not set, a
+  /// Throws std::runtime_error: another process computes this shard, or there are runs and `resume` is not set; inputs::InputError: a
   /// journal of another study or format, two rows of one run that differ.
   Journal(const std::string& folder, const JournalFormat& format, const Shard& shard, bool resume,
           const std::function<void(const JournalRow&)>& use);

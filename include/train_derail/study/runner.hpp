@@ -37,8 +37,8 @@ struct RunReport {
 
 /// Results depend on the study alone: not on threads, order or interruptions.
 /// `on_progress` is called from the worker threads, one at a time. `stop` makes it return soon: runs under way are given up.
-/// Throws inputs::InputError: the study cannot mean what it says (see check()), the folder holds another study, or runs and is not to be
-/// resumed; std::runtime_error if the folder or its journal cannot be written.
+/// Throws inputs::InputError: the study cannot mean what it says (see check()), or what lies in the folder cannot be read;
+/// std::runtime_error: the folder holds another study, or runs and is not to be resumed, or it cannot be written.
 RunReport run_study(const Study& study, const RunOptions& options, const std::function<void(const Progress&)>& on_progress,
                     const std::atomic<bool>& stop);
 

@@ -60,8 +60,8 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
 /// The same with a journal in `folder`, as studies have: after a kill or stop, `resume` computes what is missing. The folder belongs
-/// to this study and these rows. Throws inputs::InputError: it holds others, or runs and is not to be resumed; std::runtime_error: it cannot
-/// be written.
+/// to this study and these rows. Throws std::runtime_error: it holds others, or runs and is not to be resumed, or cannot be written; inputs::InputError:
+/// what lies in it cannot be read.
 struct RunOptions {
   std::string folder;
   int jobs = 0;
