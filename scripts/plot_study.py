@@ -51,6 +51,9 @@ def pictures(study):
     """(name, caption, figure) of every picture of a study."""
     if study.plan not in BY_OUTCOME:
         raise DataError(f"study.json: plan {study.plan!r} is not one of {', '.join(BY_OUTCOME)}")
+    if not study.factors:  # an ensemble: nothing to draw it over
+        yield 'distributions', f"{CAPTIONS['distributions']} ({study.counted})", random_plans.distributions(study)
+        return
     for kind, draw in OF_ALL_OUTCOMES.get(study.plan, {}).items():
         yield kind, f'{CAPTIONS[kind]} ({study.counted})', draw(study)
     for outcome in study.outcomes:

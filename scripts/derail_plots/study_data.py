@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import zlib
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -118,6 +119,19 @@ def _rows(folder, name, wanted, made_by):
             yield row
 
 
+def _unchanged(folder, about, name):
+    """A table that was changed by hand is not drawn: about.json, which is written last, holds the CRC-32 of each."""
+    with _open(folder, name, '`derail study`') as file:
+        crc = 0
+        while block := file.buffer.read(1 << 20):
+            crc = zlib.crc32(block, crc)
+    if about.get('crc32', {}).get(name) != f'{crc:08x}':
+        raise DataError(
+            f'{os.path.join(folder, name)}: not as it was written (its checksum in about.json differs); '
+            '`derail study FILE --resume` writes it anew'
+        )
+
+
 def _columns(folder, about, names):
     path = os.path.join(folder, 'about.json')
     out = []
@@ -183,6 +197,8 @@ def read(folder):
         )
     except KeyError as e:
         raise DataError(f"{os.path.join(folder, 'study.json')}: no {e}") from None
+    for name in ('runs.csv', 'summary.csv', *(['sobol.csv'] if study.plan == 'saltelli' else [])):
+        _unchanged(folder, about, name)
     try:
         _read_runs(study, folder)
         _read_summary(study, folder)

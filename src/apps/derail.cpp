@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "bag_output.hpp"
+#include "ensemble.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -37,6 +38,7 @@ struct Arguments {
   std::string file;
   std::optional<std::string> json, csv, incidents, bag;
   std::vector<std::string> set;
+  int seeds = 0, jobs = 0;
   bool force = false, quiet = false;
 };
 
@@ -125,6 +127,13 @@ class Outputs {
 
 int run(const Arguments& a) {
   const inputs::Scenario scenario = read(a);
+  if (a.seeds > 0) {
+    for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents)}) {
+      if (value) throw inputs::InputError("command line", option, *value, "is of one run; --seeds asks for many", "one of the two");
+    }
+    return apps::run_ensemble(scenario, {a.file, a.csv, a.json, a.seeds, a.jobs, a.force, a.quiet});
+  }
+  if (a.jobs > 0) throw inputs::InputError("command line", "--jobs", std::to_string(a.jobs), "one run is computed by one thread", "with --seeds");
   Outputs outputs(a);
   simulation::Simulation simulation(scenario);
   outputs.start(a, simulation);
@@ -190,7 +199,8 @@ int command_line(int argc, char** argv) {
       "  derail verify config/baseline.yaml                               a general multibody engine's second opinion\n\n"
       "A long train is chaotic: one run is one draw. Compare ensembles (initial.perturbation), not single runs.\n"
       "Exit codes: 0 done, 1 output could not be written, 2 something is wrong with the input, 3 integration failed,\n"
-      "4 derail verify: the two engines differ, 130 interrupted (what there was has been written).\n"
+      "4 derail verify: the two engines differ, 5 derail merge: shards or runs are missing,\n"
+      "130 interrupted (what there was has been written).\n"
       "Files are written whole or not at all, and never over others unless --force says so.",
       "derail"};
   app.set_version_flag("--version", "train_derail " TRAIN_DERAIL_VERSION, "Print the version and exit");
@@ -211,6 +221,9 @@ int command_line(int argc, char** argv) {
                  "Write what happened: trucks off the rails, broken couplers, impacts (CSV); - is standard output");
   apps::add_path(run_command, "--bag", a.bag, "Record what the node would publish; a folder: named by date");
   apps::add_force(run_command, a.force);
+  run_command->add_option("--seeds", a.seeds, "So many runs that differ by their seed (initial.perturbation): medians and ranges; "
+                          "--csv then writes a row a run")->check(CLI::Range(2, 100000));
+  run_command->add_option("--jobs", a.jobs, "Threads of --seeds; default: one a core")->check(CLI::Range(1, 4096));
   run_command->add_flag("--quiet", a.quiet, "No progress and no table");
   CLI::App* check_command = app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");
   add_inputs(check_command);

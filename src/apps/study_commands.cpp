@@ -10,8 +10,10 @@
 
 #include "files.hpp"
 #include "interrupt.hpp"
+#include "jobs.hpp"
 #include "progress.hpp"
 #include "scenario_input.hpp"
+#include "train_derail/files/output_file.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/study/report.hpp"
 #include "train_derail/study/runner.hpp"
@@ -23,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kInputWrong = 2;
+constexpr int kIncomplete = 5;
 
 struct Arguments {
   std::string file, folder, shard, engine;
@@ -71,13 +73,19 @@ study::Study read_study(const Arguments& a) {
   return study;
 }
 
-int finish(const std::string& folder, const study::Study& study, std::int64_t failed, double wall_time, bool quiet) {
-  const std::int64_t runs = study::write_results(folder, study, failed, wall_time);
-  const auto total = static_cast<std::int64_t>(study::points(study).size()) * study.replicates;
+int finish(const std::string& folder, const study::Study& study, double wall_time, bool quiet) {
+  study::Totals totals;
+  try {
+    totals = study::write_results(folder, study, wall_time, &stop);
+  } catch (const study::Stopped&) {
+    std::cerr << "derail: stopped before the tables were whole; --resume writes them\n";
+    return kInterrupted;
+  }
+  for (const std::string& warning : totals.warnings) std::cerr << "derail: warning: " << warning << "\n";
   if (!quiet) {
     std::cout << study.title << "\n"
               << study::to_table(folder, study)
-              << fmt::format("{} of {} runs in {} (runs.csv, summary.csv, about.json){}\n", runs, total, folder,
+              << fmt::format("{} of {} runs in {} (runs.csv, summary.csv, about.json){}\n", totals.runs, study::run_count(study), folder,
                              wall_time > 0.0 ? fmt::format(", {:.1f} s", wall_time) : "");
   }
   return 0;
@@ -85,18 +93,21 @@ int finish(const std::string& folder, const study::Study& study, std::int64_t fa
 
 int run(const Arguments& a) {
   const study::Study study = read_study(a);
-  study::RunOptions options{folder_of(a), a.jobs, a.resume, parse_shard(a.shard)};
+  study::RunOptions options{folder_of(a), useful_jobs(a.jobs), a.resume, parse_shard(a.shard)};
   stop_on_signals();
   study::RunReport report;
-  {
+  try {
+    for (const std::string& warning : study::check(study, &stop)) std::cerr << "derail: warning: " << warning << "\n";
     Progress progress(!a.quiet);
     report = study::run_study(study, options, [&](const study::Progress& p) {
       progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
                       fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
                                   p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
     }, stop);
+  } catch (const study::Stopped&) {
+    report.stopped = true;
   }
-  end_on_signals();
+  say_problems(report.problems, "computed anew");
   if (report.failed > 0) {
     std::cerr << fmt::format("derail: {} of {} runs failed; their rows in runs.csv say why\n", report.failed, report.computed);
   }
@@ -108,14 +119,19 @@ int run(const Arguments& a) {
     if (!a.quiet) std::cout << fmt::format("shard {}: {} runs in {}; when all shards are there: derail merge\n", a.shard, report.runs, options.folder);
     return 0;
   }
-  return finish(options.folder, study, report.failed, report.wall_time, a.quiet);
+  return finish(options.folder, study, report.wall_time, a.quiet);
 }
 
 int merge(const Arguments& a) {
   const study::Study study = read_study(a);
   for (const std::string& folder : a.folders) expect_results(folder);
-  study::gather(folder_of(a), a.folders, study);
-  return finish(folder_of(a), study, 0, 0.0, a.quiet);
+  stop_on_signals();
+  const study::Gathered gathered = study::gather(folder_of(a), a.folders, study);
+  say_problems(gathered.problems, "left out; derail study --resume computes what is missing");
+  const int code = finish(folder_of(a), study, 0.0, a.quiet);
+  if (code != 0 || gathered.missing.empty()) return code;
+  std::cerr << fmt::format("derail: {}: {}\n", folder_of(a), gathered.missing);
+  return kIncomplete;
 }
 
 int report(const Arguments& a) {
@@ -128,13 +144,7 @@ int report(const Arguments& a) {
     if (entry.is_regular_file() && file.extension() != ".html") inputs.push_back({"a file of the results", file.string()});
   }
   require_apart(inputs, {{"--out", path}});
-  std::string page;
-  try {
-    page = study::to_html(a.folder);
-  } catch (const std::runtime_error& e) {
-    std::cerr << "derail: " << e.what() << "\n";
-    return kInputWrong;
-  }
+  const std::string page = study::to_html(a.folder);
   // The page of the same results made anew; a file of somebody else's is not replaced.
   const bool own = a.force || files::recognise(path).what == files::kReport;
   files::write_file(path, page, existing(own));

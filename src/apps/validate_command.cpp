@@ -10,8 +10,10 @@
 
 #include "files.hpp"
 #include "interrupt.hpp"
+#include "jobs.hpp"
 #include "progress.hpp"
 #include "scenario_input.hpp"
+#include "train_derail/files/output_file.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "train_derail/study/summary.hpp"
@@ -23,8 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using inputs::InputError;
-
-constexpr int kInputWrong = 2;
 
 struct Arguments {
   std::string table, study, min_speed;
@@ -80,15 +80,7 @@ void say_left_out(const validation::AccidentTable& table) {
 int validate(const Arguments& a) {
   expect(files::Kind::accidents, a.table);
   expect(files::Kind::study, a.study);
-  validation::AccidentTable table;
-  try {
-    table = read_table(a);
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::runtime_error& e) {  // no table at all
-    std::cerr << "derail: " << e.what() << "\n";
-    return kInputWrong;
-  }
+  const validation::AccidentTable table = read_table(a);
   const study::Study study = read_study(a);
   validation::check_scenarios(study, table, a.skip_invalid);
   if (!study.fitted_on.empty()) validation::read_fitted_class(study.fitted_on);  // said before the computing
@@ -98,13 +90,14 @@ int validate(const Arguments& a) {
   validation::Ensembles ensembles;
   {
     Progress progress(!a.quiet);
-    ensembles = validation::run(study, table, {folder, a.jobs, a.resume}, [&](const study::Progress& p) {
+    ensembles = validation::run(study, table, {folder, useful_jobs(a.jobs), a.resume}, [&](const study::Progress& p) {
       progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
                       fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
                                   p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
     }, stop);
   }
   end_on_signals();
+  say_problems(ensembles.problems, "computed anew");
   if (ensembles.stopped) {
     std::cerr << "derail: stopped; --resume goes on from here\n";
     return kInterrupted;
@@ -116,7 +109,7 @@ int validate(const Arguments& a) {
   write("rows.csv", validation::rows_csv(v));
   write("members.csv", validation::members_csv(study, ensembles));
   write("validation.json", validation::to_json(v) + "\n");
-  study::write_about(folder, study, static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.wall_time);
+  study::write_about(folder, study, {static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.warnings}, ensembles.wall_time);
   if (ensembles.failed > 0) {
     std::cerr << fmt::format("derail: {} of {} runs failed; their rows in members.csv say why\n", ensembles.failed,
                              ensembles.members.size());

@@ -7,10 +7,8 @@
 #include <mutex>
 
 #include <fmt/format.h>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
+#include "parallel.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/outcome/quantities.hpp"
@@ -160,10 +158,7 @@ Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions
     ++done;
     on_progress(static_cast<double>(done) / static_cast<double>(2 * a.size()), "ensembles");
   };
-  const int jobs = options.jobs > 0 ? options.jobs : tbb::this_task_arena::max_concurrency();
-  const tbb::global_control as_asked(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(jobs));
-  tbb::task_arena arena(jobs);
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, 2 * a.size(), one, tbb::simple_partitioner()); });
+  for_each_run(2 * a.size(), options.jobs, one);
 
   const Criteria& c = options.criteria;
   const auto keep = [&](std::vector<outcome::Outcome>& runs) {

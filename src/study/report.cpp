@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -14,8 +14,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "study/csv.hpp"
+#include "study/checksum.hpp"
 #include "study/html.hpp"
+#include "study/json_file.hpp"
+#include "train_derail/files/csv.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/outcome/outcome.hpp"
 #include "train_derail/outcome/report.hpp"
 
@@ -32,6 +35,7 @@ constexpr const char* kTo = "\u00A0to\u00A0";
 constexpr const char* kSpace = "\u00A0";
 
 using Row = std::vector<std::string>;
+constexpr const char* kWrites = "derail study, at its end, or derail merge";
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
 std::string digits(double value) { return std::isnan(value) ? "\u2013" : fmt::format("{:.4g}", value); }
@@ -50,14 +54,29 @@ struct Number {
   std::string label() const { return shown_unit.empty() ? title : fmt::format("{} ({})", title, shown_unit); }
 };
 
+/// A table in memory.
+struct Table {
+  std::string path;
+  std::vector<std::string> names;
+  std::vector<Row> rows;
+
+  std::size_t column(const std::string& name) const {
+    const auto place = std::find(names.begin(), names.end(), name);
+    if (place == names.end()) throw inputs::InputError(path + ":1", name, "", "missing column", "");
+    return static_cast<std::size_t>(place - names.begin());
+  }
+};
+
 struct Results {
   std::string folder;
   ordered_json about, study;
   std::vector<Number> factors, outcomes;
-  Table runs, summary;
+  Table summary;
+  std::int64_t runs = 0;
   std::optional<Table> sobol;
   std::map<std::string, Row> points;  // point -> SI text of each factor
   std::size_t failed = 0;
+  std::vector<Row> failures;  // the first of them: run, inputs, reason
 
   bool one_at_a_time() const { return study.at("plan") == "one_at_a_time"; }
   bool by_point() const { return one_at_a_time() || study.at("plan") == "grid"; }
@@ -66,46 +85,70 @@ struct Results {
 
 std::string in(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
 
-ordered_json read_json(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot be read; derail study writes it at its end, derail merge too");
-  return ordered_json::parse(file);
-}
-
 Number number_of(const ordered_json& about, const std::string& name) {
   const ordered_json& c = about.at("columns").at(name);
   return {name, c.at("title"), c.at("shown_unit"), c.at("unit") != "", c.at("per_shown")};
 }
 
-bool has_failed(const Results& r, const Row& run) {
-  return run[r.runs.column("ended")] == outcome::to_string(outcome::Ended::integration_failed);
+/// The table is as it was left: about.json, written last, has its checksum.
+std::string checked(const Results& r, const char* name) {
+  const std::string path = in(r.folder, name);
+  const std::string now = crc32_of_file(path);
+  if (now.empty()) wrong_json(path, kWrites, "missing or cannot be read");
+  if (r.about.at("crc32").at(name) != now) wrong_json(path, kWrites, "was changed since it was written (its checksum in about.json differs)");
+  return path;
 }
 
-Row inputs_of(const Results& r, const Row& run) {
-  Row values;
-  for (const Number& factor : r.factors) values.push_back(run[r.runs.column(factor.name)]);
-  return values;
+Table read_table(const std::string& path) try {
+  files::CsvTable table(path);
+  Table t{path, table.names(), {}};
+  for (Row row; table.next(row);) t.rows.push_back(row);
+  return t;
+} catch (const files::CsvError& e) {
+  throw inputs::InputError(e.what(), "", "", fmt::format("{} writes this table", kWrites), "");
+}
+
+void read_runs(Results& r) {
+  const std::string path = checked(r, "runs.csv");
+  try {
+    files::CsvTable table(path);
+    const std::size_t run = table.column("run"), point = table.column("point"), ended = table.column("ended"), message = table.column("message");
+    std::vector<std::size_t> inputs;
+    for (const Number& factor : r.factors) inputs.push_back(table.column(factor.name));
+    for (Row row; table.next(row); ++r.runs) {
+      Row values;
+      for (const std::size_t column : inputs) values.push_back(row[column]);
+      r.points.try_emplace(row[point], values);
+      if (row[ended] != outcome::to_string(outcome::Ended::integration_failed)) continue;
+      ++r.failed;
+      if (r.failures.size() == kFailedShown) continue;
+      r.failures.push_back({row[run]});
+      r.failures.back().insert(r.failures.back().end(), values.begin(), values.end());
+      r.failures.back().push_back(row[message]);
+    }
+  } catch (const files::CsvError& e) {
+    throw inputs::InputError(e.what(), "", "", fmt::format("{} writes this table", kWrites), "");
+  }
 }
 
 Results read_results(const std::string& folder) {
-  if (!fs::is_directory(folder)) throw std::runtime_error(folder + ": no such folder");
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) throw inputs::InputError(folder, "", "", "no such folder", "a folder that derail study has written");
+  if (!fs::exists(in(folder, "runs.csv")) && fs::exists(in(folder, "validation.json"))) {
+    throw inputs::InputError(folder, "", "", "holds a validation, not a study", "a folder that derail study has written");
+  }
   Results r;
   r.folder = folder;
-  try {
-    r.about = read_json(in(folder, "about.json"));
+  const std::string path = in(folder, "about.json");
+  r.about = read_json(path, kWrites);
+  checked_json(path, kWrites, [&] {
     r.study = r.about.at("study");
     for (const ordered_json& factor : r.study.at("factors")) r.factors.push_back(number_of(r.about, factor.at("key")));
     for (const ordered_json& name : r.study.at("outcomes")) r.outcomes.push_back(number_of(r.about, name));
-  } catch (const nlohmann::json::exception& e) {
-    throw std::runtime_error(fmt::format("{}: {}", in(folder, "about.json"), e.what()));
-  }
-  r.runs = read_csv(in(folder, "runs.csv"));
-  r.summary = read_csv(in(folder, "summary.csv"));
-  if (r.study.at("plan") == "saltelli") r.sobol = read_csv(in(folder, "sobol.csv"));
-  for (const Row& run : r.runs.rows) {
-    r.points.try_emplace(run[r.runs.column("point")], inputs_of(r, run));
-    if (has_failed(r, run)) ++r.failed;
-  }
+    read_runs(r);
+    r.summary = read_table(checked(r, "summary.csv"));
+    if (r.study.at("plan") == "saltelli") r.sobol = read_table(checked(r, "sobol.csv"));
+  });
   return r;
 }
 
@@ -119,7 +162,7 @@ std::string overview(const Results& r) {
   const ordered_json& perturbation = r.study.at("perturbation");
   Facts facts{
       {"plan", field(r.study, "plan")},
-      {"runs", fmt::format("{}, of which failed: {}", r.runs.rows.size(), r.failed)},
+      {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
       {"runs a point", field(r.study, "replicates")},
       {"perturbation of every run",
        fmt::format("spacing {} m, initial angular velocity {} of itself, kick {} m/s, alignment {} m",
@@ -141,14 +184,15 @@ std::string range_of(const Number& factor, const ordered_json& entry) {
   return fmt::format("{}: {}{}{}", field(entry, "distribution"), end("low"), kTo, end("high"));
 }
 
-std::string factor_table(const Results& r) {
+std::string inputs_of(const Results& r) {
+  if (r.factors.empty()) return "<h2>Inputs</h2>\n<p>None varies: all runs are of the base scenario, each with a seed of its own.</p>\n";
   std::vector<Row> rows;
   for (std::size_t i = 0; i < r.factors.size(); ++i) {
     const Number& factor = r.factors[i];
     const std::string range = range_of(factor, r.study.at("factors").at(i));
     rows.push_back({factor.title, factor.name, factor.text(r.base(factor)), range});
   }
-  return html::table({{"input", false}, {"key", false}, {"base", true}, {"values", false}}, rows);
+  return "<h2>Inputs</h2>\n" + html::table({{"input", false}, {"key", false}, {"base", true}, {"values", false}}, rows);
 }
 
 /// "14 (12.7 – 15.3)".
@@ -249,19 +293,20 @@ std::string failed_table(const Results& r) {
   std::vector<html::Column> columns{{"run", true}};
   for (const Number& factor : r.factors) columns.push_back({factor.title, true});
   columns.push_back({"reason", false});
-  std::vector<Row> rows;
-  for (const Row& run : r.runs.rows) {
-    if (!has_failed(r, run)) continue;
-    if (rows.size() == kFailedShown) break;
-    const Row values = inputs_of(r, run);
-    Row row{run[r.runs.column("run")]};
-    for (std::size_t i = 0; i < values.size(); ++i) row.push_back(r.factors[i].text(values[i]));
-    row.push_back(run[r.runs.column("message")]);
-    rows.push_back(std::move(row));
+  std::vector<Row> rows = r.failures;
+  for (Row& row : rows) {
+    for (std::size_t i = 0; i < r.factors.size(); ++i) row[1 + i] = r.factors[i].text(row[1 + i]);
   }
   std::string rest;
   if (r.failed > rows.size()) rest = fmt::format("<p>{} more in runs.csv.</p>\n", r.failed - rows.size());
   return "<h2>Failed runs</h2>\n<p>They are counted, but in no median.</p>\n" + html::table(columns, rows) + rest;
+}
+
+/// What is to be looked at before the numbers are believed.
+std::string warnings(const Results& r) {
+  std::string list;
+  for (const ordered_json& warning : r.about.at("warnings")) list += "<li>" + html::escape(warning.get<std::string>()) + "</li>\n";
+  return list.empty() ? "" : "<h2>Warnings</h2>\n<ul>\n" + list + "</ul>\n";
 }
 
 bool ends_with(const std::string& text, const std::string& end) {
@@ -313,14 +358,13 @@ std::string scenario(const Results& r) {
 std::string to_html(const std::string& folder) {
   const Results r = read_results(folder);
   try {
-    const std::string given = field(r.study, "title"), title = given.empty() ? "Study" : given;
-    return html::page(title, "<h1>" + html::escape(title) + "</h1>\n" + overview(r) + "<h2>Inputs</h2>\n" +
-                                 factor_table(r) + medians(r) + sobol_table(r) + failed_table(r) + pictures(r) +
-                                 origin(r) + scenario(r));
-  } catch (const nlohmann::json::exception& e) {
-    throw std::runtime_error(fmt::format("{}: {}", in(folder, "about.json"), e.what()));
+    return checked_json(in(folder, "about.json"), kWrites, [&] {
+      const std::string given = field(r.study, "title"), title = given.empty() ? "Study" : given;
+      return html::page(title, "<h1>" + html::escape(title) + "</h1>\n" + overview(r) + warnings(r) + inputs_of(r) + medians(r) + sobol_table(r) +
+                                   failed_table(r) + pictures(r) + origin(r) + scenario(r));
+    });
   } catch (const std::out_of_range&) {
-    throw std::runtime_error(in(folder, "summary.csv") + ": more rows than the study has outcomes");
+    wrong_json(in(folder, "summary.csv"), kWrites, "more rows than the study has outcomes");
   }
 }
 

@@ -1,14 +1,10 @@
 #include "train_derail/study/runner.hpp"
 
 #include <chrono>
-#include <exception>
 #include <mutex>
-#include <stdexcept>
 #include <vector>
 
-#include <fmt/format.h>
-
-#include "study/parallel.hpp"
+#include "parallel.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/multibody/engine.hpp"
 #include "train_derail/simulation/simulation.hpp"
@@ -17,15 +13,52 @@ namespace train_derail::study {
 
 namespace {
 
-outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& run) {
-  const auto finished = [](auto computed) {
-    computed.run();
-    return computed.outcome();
-  };
+/// Counts what is done and says so; calls come from all threads.
+class Teller {
+ public:
+  Teller(Progress& progress, const std::function<void(const Progress&)>& on_progress) : progress_(progress), on_progress_(on_progress) {}
+
+  double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  std::int64_t computed() const { return computed_; }
+
+  /// `keep` is called first, under the same lock.
+  template <class Keep>
+  void done(const outcome::Outcome& outcome, const Keep& keep) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    keep();
+    ++computed_;
+    ++progress_.done;
+    if (outcome.ended == outcome::Ended::integration_failed) {
+      ++progress_.failed;
+      progress_.message = outcome.message;
+    }
+    progress_.rate = static_cast<double>(computed_) / elapsed();
+    on_progress_(progress_);
+  }
+
+ private:
+  Progress& progress_;
+  const std::function<void(const Progress&)>& on_progress_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::mutex mutex_;
+  std::int64_t computed_ = 0;
+};
+
+}  // namespace
+
+int jobs_max() { return train_derail::jobs_max(); }
+
+outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& run, const std::atomic<bool>& stop) {
   try {
     const inputs::Scenario scenario = scenario_of(study, point, run);
-    if (study.engine == Engine::multibody) return finished(multibody::Engine(scenario));
-    return finished(simulation::Simulation(scenario));
+    if (study.engine == Engine::multibody) {
+      multibody::Engine engine(scenario);
+      engine.run(&stop);
+      return engine.outcome();
+    }
+    simulation::Simulation simulation(scenario);
+    simulation.run(&stop);
+    return simulation.outcome();
   } catch (const inputs::InputError& e) {
     outcome::Outcome refused;
     refused.ended = outcome::Ended::integration_failed;
@@ -34,69 +67,63 @@ outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& r
   }
 }
 
-}  // namespace
-
 RunReport run_study(const Study& study, const RunOptions& options, const std::function<void(const Progress&)>& on_progress,
                     const std::atomic<bool>& stop) {
   if (study.engine == Engine::multibody) multibody::require();
-  const std::vector<Point> all = points(study);
-  const auto total = static_cast<std::int64_t>(all.size()) * study.replicates;
-  claim_folder(options.folder, study);
-  Journal journal(options.folder, study, options.shard);
-  if (!journal.finished().empty() && !options.resume) {
-    throw std::runtime_error(fmt::format("{}: holds {} finished runs of this study; --resume computes what is missing",
-                                         options.folder, journal.finished().size()));
-  }
-
-  std::vector<bool> have(static_cast<std::size_t>(total), false);
-  for (const std::int64_t index : journal.finished()) {
-    if (index >= 0 && index < total) have[static_cast<std::size_t>(index)] = true;
-  }
-  std::vector<std::int64_t> missing;
-  Progress progress;
-  for (std::int64_t index = 0; index < total; ++index) {
-    if (!options.shard.owns(index)) continue;
-    ++progress.total;
-    if (have[static_cast<std::size_t>(index)]) ++progress.done;
-    else missing.push_back(index);
-  }
-
   RunReport report;
-  const auto start = std::chrono::steady_clock::now();
-  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-  std::mutex mutex;
-  std::exception_ptr broken;  // the journal cannot be written: nothing more can be kept
-  for_each_run(missing.size(), options.jobs, [&](std::size_t i) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex);
-      if (stop || broken) return;
+  try {
+    check(study, &stop);
+    const Points points(study, &stop);
+    const std::int64_t total = run_count(study);
+    const JournalFormat format = journal_format(study);
+    claim_folder(options.folder, format.identity);
+    std::vector<bool> have(static_cast<std::size_t>(total), false);
+    Journal journal(options.folder, format, options.shard, options.resume,
+                    [&](const JournalRow& row) { have[static_cast<std::size_t>(row.run)] = true; });
+    report.problems = journal.problems();
+    std::vector<std::int64_t> missing;
+    Progress progress;
+    for (std::int64_t index = options.shard.index - 1; index < total; index += options.shard.count) {
+      ++progress.total;
+      if (have[static_cast<std::size_t>(index)]) ++progress.done;
+      else missing.push_back(index);
     }
-    const Run run = run_of(study, missing[i]);
-    const Point& point = all[static_cast<std::size_t>(run.point)];
-    const outcome::Outcome outcome = outcome_of(study, point, run);
-    const std::lock_guard<std::mutex> lock(mutex);
-    if (broken) return;
-    try {
-      journal.append(point, run, outcome);
-    } catch (const std::runtime_error&) {
-      broken = std::current_exception();
-      return;
-    }
-    ++report.computed;
-    ++progress.done;
-    if (outcome.ended == outcome::Ended::integration_failed) {
-      ++report.failed;
-      progress.message = outcome.message;
-    }
-    progress.failed = report.failed;
-    progress.rate = static_cast<double>(report.computed) / elapsed();
-    on_progress(progress);
-  });
-  if (broken) std::rethrow_exception(broken);
-  report.runs = progress.done;
-  report.stopped = progress.done < progress.total;
-  report.wall_time = elapsed();
+
+    Teller teller(progress, on_progress);
+    for_each_run(missing.size(), options.jobs, [&](std::size_t i) {
+      if (stop) return;
+      const Run run = run_of(study, missing[i]);
+      const outcome::Outcome outcome = outcome_of(study, points[run.point], run, stop);
+      if (outcome.ended == outcome::Ended::running) return;
+      teller.done(outcome, [&] { journal.append(journal_fields(run, outcome), outcome.wall_time); });
+    });
+    report.computed = teller.computed();
+    report.failed = progress.failed;
+    report.runs = progress.done;
+    report.stopped = progress.done < progress.total;
+    report.wall_time = teller.elapsed();
+  } catch (const Stopped&) {
+    report.stopped = true;
+  }
   return report;
+}
+
+std::vector<outcome::Outcome> run_in_memory(const Study& study, int jobs, const std::function<void(const Progress&)>& on_progress,
+                                            const std::atomic<bool>& stop) {
+  if (study.engine == Engine::multibody) multibody::require();
+  check(study, &stop);
+  const Points points(study, &stop);
+  std::vector<outcome::Outcome> outcomes(static_cast<std::size_t>(run_count(study)));
+  Progress progress;
+  progress.total = static_cast<std::int64_t>(outcomes.size());
+  Teller teller(progress, on_progress);
+  for_each_run(outcomes.size(), jobs, [&](std::size_t i) {
+    if (stop) return;
+    const Run run = run_of(study, static_cast<std::int64_t>(i));
+    outcomes[i] = outcome_of(study, points[run.point], run, stop);
+    if (outcomes[i].ended != outcome::Ended::running) teller.done(outcomes[i], [] {});
+  });
+  return outcomes;
 }
 
 }  // namespace train_derail::study

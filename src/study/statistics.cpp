@@ -9,6 +9,8 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
 
+#include "train_derail/study/study.hpp"
+
 namespace train_derail::study {
 
 namespace {
@@ -78,7 +80,7 @@ Interval predictive_interval(std::vector<double> sample, double share) {
 }
 
 std::vector<SobolIndex> sobol_indices(const std::vector<double>& a, const std::vector<double>& b,
-                                      const std::vector<std::vector<double>>& ab, int bootstraps) {
+                                      const std::vector<std::vector<double>>& ab, int bootstraps, const std::atomic<bool>* stop) {
   std::vector<std::size_t> all(a.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   std::vector<SobolIndex> indices;
@@ -89,6 +91,7 @@ std::vector<SobolIndex> sobol_indices(const std::vector<double>& a, const std::v
     boost::random::uniform_int_distribution<std::size_t> any(0, a.size() - 1);
     std::vector<std::size_t> pick(a.size());
     for (int i = 0; i < bootstraps; ++i) {
+      if (stop != nullptr && *stop) throw Stopped();
       for (std::size_t& j : pick) j = any(generator);
       const Estimate e = estimate(a, b, y, pick);
       first.push_back(e.first);

@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include <nlohmann/json.hpp>
 
 #include "inputs/checker.hpp"
 #include "inputs/tree_reader.hpp"
+#include "train_derail/files/csv.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/outcome/quantities.hpp"
@@ -61,7 +63,7 @@ void describe_study(V& v, StudyEntry& s) {
     w.choice("distribution", f.distribution, kDistributions, "Of the random plans.");
     w.value("low", f.low, "Lower end; of normal the 5 % point.");
     w.value("high", f.high, "Upper end; of normal the 95 % point.");
-  }, "Inputs that vary.", true);
+  }, "Inputs that vary; [] for an ensemble of the scenario itself.", false);
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
   v.number("spread", s.spread, {"1", "", kSpreads}, "Of a random plan: half-widths of all ranges times this, about their middles.");
@@ -73,14 +75,31 @@ void describe_study(V& v, StudyEntry& s) {
 
 bool random(Plan plan) { return plan != Plan::one_at_a_time && plan != Plan::grid; }
 
+/// A text as YAML that is this text, whatever stands in it.
+std::string yaml_text(const std::string& text) {
+  YAML::Emitter out;
+  out << YAML::DoubleQuoted << text;
+  return out.c_str();
+}
+
 /// `text` with its unit as the key's SI value: the scenario's own reader converts and checks it.
-std::string si_text(const YAML::Node& tree, const std::string& key, const std::string& text,
-                    const std::string& where) {
+std::string si_text(const YAML::Node& tree, const inputs::KeyValue& now, const std::string& text, const std::string& where) {
+  const std::string& key = now.key;
   try {
-    return inputs::key_value(inputs::read_scenario(tree, where, {{key, text}}), key).value;
+    return inputs::key_value(inputs::read_scenario(tree, where, {{key, now.unit.empty() ? yaml_text(text) : text}}), key).value;
   } catch (const InputError& e) {
     throw InputError(where, e.key(), text, e.problem(), e.allowed());
   }
+}
+
+/// Of a KeyValue that is a number.
+double number_of(const std::string& si) { return si == ".inf" ? inputs::kInfinity : std::stod(si); }
+
+/// An SI number for people: "30 mph".
+std::string shown(const inputs::KeyValue& key, double si) {
+  if (key.whole) return fmt::format("{}", si);
+  if (key.shown_unit.empty()) return fmt::format("{:.6g}{}", si, key.unit == "1" ? "" : " " + key.unit);
+  return fmt::format("{:.6g} {}", inputs::from_si(si, key.unit, key.shown_unit), key.shown_unit);
 }
 
 Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::Scenario& base, const YAML::Node& tree,
@@ -103,8 +122,11 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
       throw InputError(where, entry.key, "", "the plan needs low and high", "low: value, high: value");
     }
     if (now.unit.empty()) throw InputError(where, entry.key, now.value, "not a number, cannot be sampled", "a number");
-    f.low = std::stod(si_text(tree, entry.key, entry.low, where));
-    f.high = std::stod(si_text(tree, entry.key, entry.high, where));
+    f.low = number_of(si_text(tree, now, entry.low, where));
+    f.high = number_of(si_text(tree, now, entry.high, where));
+    for (const auto& [end, text] : {std::pair(f.low, entry.low), std::pair(f.high, entry.high)}) {
+      if (!std::isfinite(end)) throw InputError(where, entry.key, text, "not a finite number, cannot be sampled", "a number");
+    }
     if (!(f.low < f.high)) throw InputError(where, entry.key, entry.low, "low is not below high", "low < " + entry.high);
     if (f.distribution == Distribution::log_uniform && f.low <= 0.0) {
       throw InputError(where, entry.key, entry.low, "log_uniform needs a positive range", "low > 0");
@@ -114,17 +136,21 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
   if (entry.values.empty() == entry.scale.empty()) {
     throw InputError(where, entry.key, "", "the plan needs either values or scale", "values: [...] or scale: [...]");
   }
-  for (const std::string& text : entry.values) f.values.push_back(si_text(tree, entry.key, text, where));
+  for (const std::string& text : entry.values) f.values.push_back(si_text(tree, now, text, where));
+  f.shown = entry.values;
   for (const std::string& text : entry.scale) {
     if (now.unit.empty()) throw InputError(where, entry.key, now.value, "not a number, cannot be scaled", "values: [...]");
+    if (now.value == ".inf") throw InputError(where, entry.key, now.value, "the base value is infinite, cannot be scaled", "values: [...]");
     double scaled = 0.0;
     try {
       scaled = inputs::to_si(text, "1") * std::stod(now.value);
     } catch (const std::invalid_argument& e) {
       throw InputError(where, entry.key, text, e.what(), "a number");
     }
-    const std::string number = now.whole ? fmt::format("{}", std::llround(scaled)) : fmt::format("{}", scaled);
-    f.values.push_back(si_text(tree, entry.key, number, where));
+    constexpr double kWholeMax = 9e15;
+    const bool whole = now.whole && std::abs(scaled) < kWholeMax;
+    f.values.push_back(si_text(tree, now, whole ? fmt::format("{}", std::llround(scaled)) : fmt::format("{}", scaled), where));
+    f.shown.push_back(shown(now, number_of(f.values.back())));
   }
   return f;
 }
@@ -146,6 +172,11 @@ void refuse_idle(const Study& study, const Factor& f, const std::string& where) 
   throw InputError(where, f.key, "", "has no effect in this scenario", "with " + acts_with);
 }
 
+/// Everything ends in tables and JSON: what cannot stand there is said before anything is computed.
+void require_utf8(const std::string& where, const std::string& key, const std::string& text) {
+  if (!files::is_utf8(text)) throw InputError(where, key, "", "not UTF-8", "text in UTF-8");
+}
+
 Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides, std::optional<double> spread) {
   inputs::Places places;
   const std::vector<inputs::Override> none;
@@ -162,7 +193,33 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     throw InputError("command line", "--spread", fmt::format("{}", *spread), "out of range", kSpreads.text("1"));
   }
   if (entry.scenario.empty()) throw InputError(path, "scenario", "", "missing", "a path relative to this file");
-  if (entry.factors.empty()) throw InputError(path, "factors", "", "no factors", "at least one");
+  if (places.count("factors") == 0) {
+    throw InputError(inputs::located(path, root.Mark()), "factors", "", "missing", "a list of groups; [] for an ensemble of the scenario itself");
+  }
+  if (entry.factors.empty() && random(entry.plan)) {
+    throw InputError(where("factors"), "factors", "[]", "the plan samples inputs, and there are none", "at least one, or another plan");
+  }
+  if (entry.factors.size() > kFactorsMax) {
+    throw InputError(where("factors"), "factors", "", fmt::format("{} factors", entry.factors.size()), fmt::format("at most {}", kFactorsMax));
+  }
+  require_utf8(where("title"), "title", entry.title);
+  std::size_t values = 0;
+  std::set<std::string> keys, names;
+  for (std::size_t i = 0; i < entry.factors.size(); ++i) {
+    const FactorEntry& f = entry.factors[i];
+    const auto at = [&](const char* key) { return where(fmt::format("factors[{}].{}", i, key)); };
+    require_utf8(at("key"), "factors.key", f.key);
+    require_utf8(at("label"), "factors.label", f.label);
+    for (const std::string& value : f.values) require_utf8(at("values"), "factors.values", value);
+    if (!keys.insert(f.key).second) throw InputError(at("key"), "factors.key", f.key, "given twice", "every key once");
+    values += f.values.size() + f.scale.size();
+  }
+  if (values > kValuesMax) {
+    throw InputError(where("factors"), "factors", "", fmt::format("{} values in all", values), fmt::format("at most {}", kValuesMax));
+  }
+  for (const std::string& name : entry.outcomes) {
+    if (!names.insert(name).second) throw InputError(where("outcomes"), "outcomes", name, "given twice", "every name once");
+  }
   if (random(entry.plan) && entry.samples < 1) {
     throw InputError(where("samples"), "samples", fmt::format("{}", entry.samples), "the plan needs samples", ">= 1");
   }
@@ -178,14 +235,16 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   }
 
   Study study;
+  study.source = path;
   study.base = inputs::read_scenario_file((std::filesystem::path(path).parent_path() / entry.scenario).string(), overrides);
   if (!entry.fitted_on.empty()) study.fitted_on = (std::filesystem::path(path).parent_path() / entry.fitted_on).string();
   study.title = entry.title;
   study.plan = entry.plan;
   study.samples = entry.samples;
   study.replicates = entry.replicates;
-  study.perturbation = entry.perturbation;
+  study.perturbation = places.count("perturbation") > 0 ? entry.perturbation : study.base.initial.perturbation;
   study.seed = entry.seed;
+  for (const inputs::KeyValue& v : inputs::key_values(study.base)) require_utf8(entry.scenario, v.key, v.value);
   const YAML::Node tree = YAML::Load(inputs::to_yaml(study.base));
   study.base = inputs::read_scenario(tree, path);  // now with every default spelt out
   for (std::size_t i = 0; i < entry.factors.size(); ++i) {
@@ -203,10 +262,24 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
                                    [&](const auto& q) { return q.name == name; });
     if (!found) throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
   }
-  return random(study.plan) ? widened(std::move(study), spread.value_or(entry.spread)) : study;
+  if (random(study.plan)) study = widened(std::move(study), spread.value_or(entry.spread));
+  run_count(study);
+  return study;
 }
 
 }  // namespace
+
+Study ensemble_of(const inputs::Scenario& scenario, int replicates) {
+  Study study;
+  study.source = "ensemble";
+  study.title = scenario.title;
+  study.base = scenario;
+  study.replicates = replicates;
+  study.perturbation = scenario.initial.perturbation;
+  study.seed = scenario.initial.perturbation.seed;
+  for (const auto& q : outcome::kQuantities) study.outcomes.emplace_back(q.name);
+  return study;
+}
 
 Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides, std::optional<double> spread) {
   return read_study(inputs::load_file(path), path, overrides, spread);
@@ -247,6 +320,7 @@ std::string to_json(const Study& s) {
                        {"kick", s.perturbation.kick}, {"alignment", s.perturbation.alignment}};
   j["seed"] = s.seed;
   j["outcomes"] = s.outcomes;
+  j["factors"] = nlohmann::ordered_json::array();
   for (const Factor& f : s.factors) {
     nlohmann::ordered_json g{{"key", f.key}, {"label", f.label}, {"unit", f.unit}, {"shown_unit", f.shown_unit}};
     if (random(s.plan)) {

@@ -3,8 +3,6 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -13,8 +11,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "study/checksum.hpp"
+#include "study/warnings.hpp"
+#include "train_derail/files/csv.hpp"
+#include "train_derail/files/output_file.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "train_derail/outcome/quantities.hpp"
+#include "train_derail/outcome/report.hpp"
 #include "train_derail/study/journal.hpp"
 #include "train_derail/study/statistics.hpp"
 
@@ -22,114 +25,140 @@ namespace train_derail::study {
 
 namespace {
 
-/// One run as numbers: outcome::kQuantities in their order.
-struct Row {
-  std::int64_t point;
-  bool failed;
-  std::array<double, outcome::kQuantities.size()> values;
-};
+std::string in(const std::string& folder, const char* name) { return (std::filesystem::path(folder) / name).string(); }
 
-std::vector<Row> read_runs(const std::string& folder, const Study& study) {
-  const std::string path = (std::filesystem::path(folder) / "runs.csv").string();
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot be read");
-  std::vector<Row> rows;
-  std::string line;
-  std::getline(file, line);
-  while (std::getline(file, line)) {
-    std::vector<std::string> fields;
-    std::size_t begin = 0;
-    const std::size_t wanted = 4 + study.factors.size() + outcome::kQuantities.size() + 1;
-    while (fields.size() < wanted) {
-      const std::size_t end = line.find(',', begin);
-      if (end == std::string::npos) throw std::runtime_error(path + ": a row is too short: " + line);
-      fields.push_back(line.substr(begin, end - begin));
-      begin = end + 1;
-    }
-    Row row{std::stoll(fields[1]), fields.back() == outcome::to_string(outcome::Ended::integration_failed), {}};
-    for (std::size_t i = 0; i < outcome::kQuantities.size(); ++i) {
-      row.values[i] = std::strtod(fields[4 + study.factors.size() + i].c_str(), nullptr);
-    }
-    rows.push_back(row);
-  }
-  return rows;
+void look_at(const std::atomic<bool>* stop) {
+  if (stop != nullptr && *stop) throw Stopped();
 }
 
-const outcome::Quantity& quantity(const std::string& name, std::size_t& index) {
-  for (index = 0; index < outcome::kQuantities.size(); ++index) {
-    if (outcome::kQuantities[index].name == name) break;
+const outcome::Quantity& quantity(const std::string& name) {
+  for (const outcome::Quantity& q : outcome::kQuantities) {
+    if (q.name == name) return q;
   }
-  return outcome::kQuantities.at(index);
+  throw std::out_of_range("no outcome of this name");
+}
+
+/// Runs as numbers, in their order.
+struct Runs {
+  std::vector<std::int64_t> points;
+  std::vector<bool> failed;
+  std::vector<std::uint64_t> prints;         // of all outcomes: two equal runs have equal ones
+  std::vector<std::vector<double>> outcomes; // of Study::outcomes, run by run
+  WarningCount warnings;
+
+  std::size_t size() const { return points.size(); }
+  void add(std::int64_t point, bool has_failed, std::uint64_t print, const std::string& warned) {
+    points.push_back(point);
+    failed.push_back(has_failed);
+    prints.push_back(print);
+    warnings.add(warned);
+  }
+};
+
+Runs read_runs(const std::string& folder, const Study& study, const std::atomic<bool>* stop) {
+  files::CsvTable table(in(folder, "runs.csv"));
+  const std::size_t run = table.column("run"), point = table.column("point"), ended = table.column("ended"), warned = table.column("warnings");
+  std::vector<std::size_t> wanted, all;
+  for (const std::string& name : study.outcomes) wanted.push_back(table.column(name));
+  for (const auto& q : outcome::kQuantities) all.push_back(table.column(std::string(q.name)));
+  const std::int64_t total = run_count(study);
+  Runs runs;
+  runs.outcomes.resize(wanted.size());
+  std::int64_t last = -1;
+  std::vector<std::string> fields;
+  while (table.next(fields)) {
+    look_at(stop);
+    for (const std::size_t column : {run, point}) {
+      if (const std::string problem = flaw_of_count(table.names()[column], fields[column]); !problem.empty()) table.fail(problem);
+    }
+    const std::int64_t index = std::stoll(fields[run]), place = std::stoll(fields[point]);
+    if (index <= last || index >= total || place != index / study.replicates) {
+      table.fail(fmt::format("run {} of point {}: not a run of this study, or out of order", index, place));
+    }
+    last = index;
+    if (const std::string problem = flaw_of_ended(fields[ended]); !problem.empty()) table.fail(problem);
+    std::string text;
+    for (const std::size_t column : all) text += fields[column] + ",";
+    runs.add(place, fields[ended] == outcome::to_string(outcome::Ended::integration_failed), crc64(text), fields[warned]);
+    for (std::size_t i = 0; i < wanted.size(); ++i) runs.outcomes[i].push_back(table.number(fields, wanted[i]));
+  }
+  return runs;
 }
 
 bool by_point(const Study& s) { return s.plan == Plan::one_at_a_time || s.plan == Plan::grid; }
 
-/// "initial.speed=24.8" of a point, or "base".
-std::string point_name(const Study& s, const Point& p) {
-  if (s.plan == Plan::one_at_a_time) {
-    if (p.factor < 0) return "base";
-    const auto i = static_cast<std::size_t>(p.factor);
-    return s.factors[i].key + "=" + p.values[i];
-  }
-  std::string name;
-  for (std::size_t i = 0; i < s.factors.size(); ++i) name += (i == 0 ? "" : "; ") + s.factors[i].key + "=" + p.values[i];
-  return name;
-}
-
 struct Cell {
   std::int64_t point;  // -1: all points of a random plan
-  std::string name;
-  std::string outcome;
+  const std::string& name;
+  const std::string& outcome;
   Spread spread;
   std::int64_t failed;
 };
 
-std::vector<Cell> cells(const std::string& folder, const Study& study) {
-  const std::vector<Row> rows = read_runs(folder, study);
-  const std::vector<Point> all = points(study);
-  const std::size_t groups = by_point(study) ? all.size() : 1;
-  std::vector<std::vector<const Row*>> of_group(groups);
-  for (const Row& row : rows) of_group[by_point(study) ? static_cast<std::size_t>(row.point) : 0].push_back(&row);
-  std::vector<Cell> out;
-  for (std::size_t g = 0; g < groups; ++g) {
-    for (const std::string& name : study.outcomes) {
-      std::size_t index = 0;
-      quantity(name, index);
+/// Calls use(cell) for every outcome of every point, or of all points together.
+template <class Use>
+void for_each_cell(const Runs& runs, const Study& study, const std::atomic<bool>* stop, const Use& use) {
+  const Points points(study, stop);
+  const std::int64_t groups = by_point(study) ? points.size() : 1;
+  std::size_t begin = 0;
+  for (std::int64_t g = 0; g < groups; ++g) {
+    look_at(stop);
+    std::size_t end = by_point(study) ? begin : runs.size();
+    while (end < runs.size() && runs.points[end] == g) ++end;
+    const std::string name = by_point(study) ? points.name(g) : "all points";
+    const auto failed = std::count(runs.failed.begin() + static_cast<std::ptrdiff_t>(begin), runs.failed.begin() + static_cast<std::ptrdiff_t>(end), true);
+    for (std::size_t i = 0; i < study.outcomes.size(); ++i) {
       std::vector<double> sample;
-      std::int64_t failed = 0;
-      for (const Row* row : of_group[g]) {
-        if (row->failed) ++failed;
-        else sample.push_back(row->values[index]);
+      for (std::size_t r = begin; r < end; ++r) {
+        if (!runs.failed[r]) sample.push_back(runs.outcomes[i][r]);
       }
-      out.push_back({by_point(study) ? static_cast<std::int64_t>(g) : -1,
-                     by_point(study) ? point_name(study, all[g]) : "all points", name, spread(std::move(sample)), failed});
+      use(Cell{by_point(study) ? g : -1, name, study.outcomes[i], spread(std::move(sample)), failed});
     }
+    begin = end;
   }
-  return out;
 }
 
-void save(const std::string& folder, const char* name, const std::string& text) {
-  const std::string path = (std::filesystem::path(folder) / name).string();
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
+/// Points whose runs have all the same outcome, to the last bit: their seeds changed nothing.
+std::vector<std::string> equal_points(const Runs& runs, const Study& study) {
+  std::int64_t points = 0, equal = 0;
+  for (std::size_t begin = 0, end = 0; begin < runs.size(); begin = end) {
+    std::size_t good = 0;
+    bool same = true;
+    std::uint64_t first = 0;
+    for (end = begin; end < runs.size() && runs.points[end] == runs.points[begin]; ++end) {
+      if (runs.failed[end]) continue;
+      if (good++ == 0) first = runs.prints[end];
+      same &= runs.prints[end] == first;
+    }
+    if (good < 2) continue;
+    ++points;
+    equal += same ? 1 : 0;
+  }
+  if (study.replicates < 2 || equal == 0) return {};
+  return {fmt::format("{} of {} points: all runs are the same run, seeds change nothing; their ranges mean nothing", equal, points)};
 }
 
-void write_sobol(const std::string& folder, const Study& study) {
+Totals totals_of(const Runs& runs, const Study& study) {
+  Totals totals;
+  totals.runs = static_cast<std::int64_t>(runs.size());
+  totals.failed = std::count(runs.failed.begin(), runs.failed.end(), true);
+  totals.warnings = runs.warnings.texts(totals.runs);
+  for (std::string& text : equal_points(runs, study)) totals.warnings.push_back(std::move(text));
+  return totals;
+}
+
+void write_sobol(const std::string& folder, const Study& study, const Runs& runs, const std::atomic<bool>* stop) {
   const std::size_t d = study.factors.size(), stride = d + 2;
-  const std::vector<Row> rows = read_runs(folder, study);
-  std::string text = "outcome,factor,first,first_low,first_high,total,total_low,total_high,samples\n";
-  for (const std::string& name : study.outcomes) {
-    std::size_t index = 0;
-    quantity(name, index);
+  files::OutputFile file(in(folder, "sobol.csv"), files::Existing::replace);
+  file.stream() << "outcome,factor,first,first_low,first_high,total,total_low,total_high,samples\n";
+  for (std::size_t o = 0; o < study.outcomes.size(); ++o) {
     // Mean over the replicates of each point; a sample counts only if all of its points are there.
     std::vector<double> sum(stride * static_cast<std::size_t>(study.samples), 0.0);
     std::vector<int> count(sum.size(), 0);
-    for (const Row& row : rows) {
-      if (row.failed) continue;
-      sum[static_cast<std::size_t>(row.point)] += row.values[index];
-      ++count[static_cast<std::size_t>(row.point)];
+    for (std::size_t r = 0; r < runs.size(); ++r) {
+      if (runs.failed[r]) continue;
+      sum[static_cast<std::size_t>(runs.points[r])] += runs.outcomes[o][r];
+      ++count[static_cast<std::size_t>(runs.points[r])];
     }
     std::vector<double> a, b;
     std::vector<std::vector<double>> ab(d);
@@ -145,14 +174,16 @@ void write_sobol(const std::string& folder, const Study& study) {
       for (std::size_t i = 0; i < d; ++i) ab[i].push_back(mean(2 + i));
     }
     if (a.size() < 2) continue;
-    const std::vector<SobolIndex> indices = sobol_indices(a, b, ab);
+    const std::vector<SobolIndex> indices = sobol_indices(a, b, ab, kBootstraps, stop);
     for (std::size_t i = 0; i < d; ++i) {
       const SobolIndex& x = indices[i];
-      text += fmt::format("{},\"{}\",{},{},{},{},{},{},{}\n", name, study.factors[i].key, x.first, x.first_low, x.first_high,
-                          x.total, x.total_low, x.total_high, a.size());
+      file.stream() << files::csv_row({study.outcomes[o], study.factors[i].key, fmt::format("{}", x.first), fmt::format("{}", x.first_low),
+                                       fmt::format("{}", x.first_high), fmt::format("{}", x.total), fmt::format("{}", x.total_low),
+                                       fmt::format("{}", x.total_high), fmt::format("{}", a.size())})
+                    << "\n";
     }
   }
-  save(folder, "sobol.csv", text);
+  file.commit();
 }
 
 /// Titles and units of the numbers in runs.csv, so that pictures and reports need to know none of them.
@@ -182,19 +213,23 @@ std::string cpu_model() {
 
 }  // namespace
 
-void write_summary(const std::string& folder, const Study& study) {
-  std::string text = "point,name,outcome,unit,runs,failed,mean,sd,q05,q25,median,q75,q95\n";
-  for (const Cell& c : cells(folder, study)) {
-    std::size_t index = 0;
-    text += fmt::format("{},\"{}\",{},{},{},{},{},{},{},{},{},{},{}\n", c.point, c.name, c.outcome,
-                        quantity(c.outcome, index).unit, c.spread.count, c.failed, c.spread.mean, c.spread.sd, c.spread.q05,
-                        c.spread.q25, c.spread.median, c.spread.q75, c.spread.q95);
-  }
-  save(folder, "summary.csv", text);
-  if (study.plan == Plan::saltelli) write_sobol(folder, study);
+Totals write_summary(const std::string& folder, const Study& study, const std::atomic<bool>* stop) {
+  const Runs runs = read_runs(folder, study, stop);
+  files::OutputFile file(in(folder, "summary.csv"), files::Existing::replace);
+  file.stream() << "point,name,outcome,unit,runs,failed,mean,sd,q05,q25,median,q75,q95\n";
+  for_each_cell(runs, study, stop, [&](const Cell& c) {
+    const Spread& s = c.spread;
+    std::vector<std::string> fields{fmt::format("{}", c.point), c.name, c.outcome, std::string(quantity(c.outcome).unit),
+                                    fmt::format("{}", s.count), fmt::format("{}", c.failed)};
+    for (const double value : {s.mean, s.sd, s.q05, s.q25, s.median, s.q75, s.q95}) fields.push_back(fmt::format("{}", value));
+    file.stream() << files::csv_row(fields) << "\n";
+  });
+  file.commit();
+  if (study.plan == Plan::saltelli) write_sobol(folder, study, runs, stop);
+  return totals_of(runs, study);
 }
 
-void write_about(const std::string& folder, const Study& study, std::int64_t runs, std::int64_t failed, double wall_time) {
+void write_about(const std::string& folder, const Study& study, const Totals& totals, double wall_time) {
   nlohmann::ordered_json j;
   j["study"] = nlohmann::ordered_json::parse(to_json(study));
   j["columns"] = columns(study);
@@ -204,29 +239,101 @@ void write_about(const std::string& folder, const Study& study, std::int64_t run
   j["machine"] = {{"system", fmt::format("{} {} {}", name.sysname, name.release, name.machine)},
                   {"processor", cpu_model()},
                   {"cores", std::thread::hardware_concurrency()}};
-  j["runs"] = runs;
-  j["failed"] = failed;
+  j["runs"] = totals.runs;
+  j["failed"] = totals.failed;
+  j["warnings"] = totals.warnings;
   j["wall_time"] = wall_time;
-  save(folder, "about.json", j.dump(2) + "\n");
+  j["crc32"] = nlohmann::ordered_json::object();
+  for (const char* table : {"runs.csv", "summary.csv", "sobol.csv", "rows.csv", "members.csv"}) {
+    if (const std::string crc = crc32_of_file(in(folder, table)); !crc.empty()) j["crc32"][table] = crc;
+  }
+  files::write_file(in(folder, "about.json"), j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", files::Existing::replace);
 }
 
-std::int64_t write_results(const std::string& folder, const Study& study, std::int64_t failed, double wall_time) {
-  const std::int64_t runs = write_runs(folder, study);
-  write_summary(folder, study);
-  write_about(folder, study, runs, failed, wall_time);
-  return runs;
+Totals write_results(const std::string& folder, const Study& study, double wall_time, const std::atomic<bool>* stop) {
+  write_runs(folder, study, stop);
+  const Totals totals = write_summary(folder, study, stop);
+  write_about(folder, study, totals, wall_time);
+  return totals;
 }
 
 std::string to_table(const std::string& folder, const Study& study) {
+  constexpr std::int64_t kPointsShown = 500;
+  const Runs runs = read_runs(folder, study, nullptr);
   std::string text;
-  std::string last;
-  for (const Cell& c : cells(folder, study)) {
-    if (c.name != last) text += fmt::format("{} ({} runs{})\n", c.name, c.spread.count, c.failed > 0 ? fmt::format(", {} failed", c.failed) : "");
-    last = c.name;
-    std::size_t index = 0;
-    const outcome::Quantity& q = quantity(c.outcome, index);
+  for_each_cell(runs, study, nullptr, [&](const Cell& c) {
+    if (c.point >= kPointsShown) return;
+    if (c.outcome == study.outcomes.front()) {
+      text += fmt::format("{} ({} runs{})\n", c.name, c.spread.count, c.failed > 0 ? fmt::format(", {} failed", c.failed) : "");
+    }
+    const outcome::Quantity& q = quantity(c.outcome);
     text += fmt::format("    {:<38}{:>9.4g} {:<5} 5-95 %: {:.4g} to {:.4g}\n", q.title, c.spread.median / q.per_shown,
                         q.shown_unit, c.spread.q05 / q.per_shown, c.spread.q95 / q.per_shown);
+  });
+  if (by_point(study) && run_count(study) / study.replicates > kPointsShown) {
+    text += fmt::format("... and {} points more in summary.csv\n", run_count(study) / study.replicates - kPointsShown);
+  }
+  return text;
+}
+
+namespace {
+
+/// Of an ensemble; those that were stopped are left out.
+Runs runs_of(const Study& study, const std::vector<outcome::Outcome>& outcomes) {
+  Runs runs;
+  runs.outcomes.resize(study.outcomes.size());
+  for (const outcome::Outcome& o : outcomes) {
+    if (o.ended == outcome::Ended::running) continue;
+    std::string text;
+    for (const auto& q : outcome::kQuantities) text += fmt::format("{},", q.value(o));
+    runs.add(0, o.ended == outcome::Ended::integration_failed, crc64(text), warnings_field(o.warnings));
+    for (std::size_t i = 0; i < study.outcomes.size(); ++i) runs.outcomes[i].push_back(quantity(study.outcomes[i]).value(o));
+  }
+  return runs;
+}
+
+}  // namespace
+
+std::string ensemble_table(const Study& study, const std::vector<outcome::Outcome>& outcomes) {
+  const Runs runs = runs_of(study, outcomes);
+  const Totals totals = totals_of(runs, study);
+  std::string text = fmt::format("{} runs{}, each with a seed of its own\n{:<42}{:>11}  {:<25}{:>11}  {}\n", totals.runs,
+                                 totals.failed > 0 ? fmt::format(", {} failed", totals.failed) : "", "", "median", "   5 to 95 %", "median", "   5 to 95 %");
+  for_each_cell(runs, study, nullptr, [&](const Cell& c) {
+    const outcome::Quantity& q = quantity(c.outcome);
+    const auto range = [&](double per_unit, std::string_view unit) {
+      return fmt::format("{:>11.4g}  {:<25}", c.spread.median / per_unit,
+                         fmt::format("{:.4g} to {:.4g} {}", c.spread.q05 / per_unit, c.spread.q95 / per_unit, unit));
+    };
+    std::string line = fmt::format("{:<42}", q.title) + range(1.0, q.unit == "1" ? q.shown_unit : q.unit) +
+                       (q.per_shown == 1.0 ? "" : range(q.per_shown, q.shown_unit));
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  });
+  for (const std::string& warning : totals.warnings) text += "warning: " + warning + "\n";
+  return text;
+}
+
+std::string ensemble_json(const Study& study, const std::vector<outcome::Outcome>& outcomes) {
+  const Runs runs = runs_of(study, outcomes);
+  const Totals totals = totals_of(runs, study);
+  nlohmann::ordered_json j{{"title", study.title}, {"runs", totals.runs}, {"failed", totals.failed}, {"warnings", totals.warnings}};
+  j["perturbation"] = nlohmann::ordered_json::parse(to_json(study)).at("perturbation");
+  for_each_cell(runs, study, nullptr, [&](const Cell& c) {
+    const Spread& s = c.spread;
+    j["outcomes"][c.outcome] = {{"unit", quantity(c.outcome).unit}, {"runs", s.count}, {"mean", s.mean}, {"sd", s.sd}, {"q05", s.q05},
+                                {"q25", s.q25}, {"median", s.median}, {"q75", s.q75}, {"q95", s.q95}};
+  });
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    if (outcomes[i].ended != outcome::Ended::running) j["seeds"].push_back(run_of(study, static_cast<std::int64_t>(i)).seed);
+  }
+  return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string ensemble_csv(const Study& study, const std::vector<outcome::Outcome>& outcomes) {
+  std::string text = files::csv_row(journal_format(study).columns) + "\n";
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    if (outcomes[i].ended == outcome::Ended::running) continue;
+    text += files::csv_row(journal_fields(run_of(study, static_cast<std::int64_t>(i)), outcomes[i])) + "\n";
   }
   return text;
 }

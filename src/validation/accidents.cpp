@@ -13,7 +13,7 @@
 
 #include <fmt/format.h>
 
-#include "study/csv.hpp"
+#include "train_derail/files/csv.hpp"
 #include "train_derail/inputs/error.hpp"
 
 namespace train_derail::validation {
@@ -45,16 +45,13 @@ struct File {
 };
 
 /// Rows of a wrong length go to `errors`.
-File read_lines(const std::string& path, std::vector<InputError>& errors) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw std::runtime_error(path + ": cannot be read");
+File read_lines(const std::string& path, std::vector<InputError>& errors) try {
+  files::CsvReader reader(path);
   File file;
   file.path = path;
-  std::string text;
-  if (std::getline(in, text)) file.names = study::fields_of(text);
-  for (std::size_t number = 2; std::getline(in, text); ++number) {
-    if (text.empty() || text == "\r") continue;
-    Line line{number, study::fields_of(text)};
+  if (!reader.next(file.names)) throw files::CsvError(path, 0, "is empty");
+  for (std::vector<std::string> fields; reader.next(fields);) {
+    Line line{reader.line(), std::move(fields)};
     // Published tables end their rows, but not their heads, with a comma.
     if (line.fields.size() == file.names.size() + 1 && line.fields.back().empty()) line.fields.pop_back();
     if (line.fields.size() != file.names.size()) {
@@ -65,6 +62,9 @@ File read_lines(const std::string& path, std::vector<InputError>& errors) {
     }
   }
   return file;
+} catch (const files::CsvError& e) {
+  throw InputError(e.line() > 0 ? fmt::format("{}:{}", path, e.line()) : path, "", "", e.problem(),
+                   "a table of accidents, CSV (docs/validation.md)");
 }
 
 /// One row of the table, column by column. What is wrong is gathered.

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "study/csv.hpp"
+#include "study/warnings.hpp"
+#include "train_derail/files/csv.hpp"
 #include "train_derail/outcome/quantities.hpp"
 #include "train_derail/validation/validation.hpp"
 #include "validation/member_text.hpp"
@@ -147,66 +149,125 @@ std::string to_json(const Validation& v) {
 }
 
 std::string rows_csv(const Validation& v) {
-  std::string text = "line";
-  for (const std::string& column : v.accidents.columns) text += "," + study::quoted(column);
-  text += ",predicted_mean,predicted_sd,predicted_low,predicted_median,predicted_high,predicted_members,crps,stretched_low,stretched_high"
-          ",outside";
-  for (const Fit& f : v.fits) text += fmt::format(",{0},{0}_left_out", to_string(f.kind));
-  text += "\n";
+  std::vector<std::string> names{"line"};
+  names.insert(names.end(), v.accidents.columns.begin(), v.accidents.columns.end());
+  for (const char* name : {"predicted_mean", "predicted_sd", "predicted_low", "predicted_median", "predicted_high", "predicted_members", "crps",
+                           "stretched_low", "stretched_high", "outside"}) {
+    names.emplace_back(name);
+  }
+  for (const Fit& f : v.fits) {
+    names.emplace_back(to_string(f.kind));
+    names.push_back(names.back() + "_left_out");
+  }
+  std::string text = files::csv_row(names) + "\n";
   for (std::size_t i = 0; i < v.accidents.rows.size(); ++i) {
     const Accident& a = v.accidents.rows[i];
     const study::Spread& p = v.predicted[i];
-    text += fmt::format("{}", a.line);
-    for (const std::string& value : a.fields) text += "," + study::quoted(value);
-    for (const double value : {p.mean, p.sd, v.intervals[i].low, p.median, v.intervals[i].high}) text += "," + field(value);
-    text += fmt::format(",{},{},{},{}", p.count, field(v.crps[i]), field(v.stretched.low[i]), field(v.stretched.high[i]));
-    text += "," + study::quoted(v.outside[i]);
-    for (const Fit& f : v.fits) text += "," + field(f.fitted[i]) + "," + field(f.left_out[i]);
-    text += "\n";
+    std::vector<std::string> fields{fmt::format("{}", a.line)};
+    fields.insert(fields.end(), a.fields.begin(), a.fields.end());
+    for (const double value : {p.mean, p.sd, v.intervals[i].low, p.median, v.intervals[i].high}) fields.push_back(field(value));
+    fields.push_back(fmt::format("{}", p.count));
+    for (const double value : {v.crps[i], v.stretched.low[i], v.stretched.high[i]}) fields.push_back(field(value));
+    fields.push_back(v.outside[i]);
+    for (const Fit& f : v.fits) {
+      fields.push_back(field(f.fitted[i]));
+      fields.push_back(field(f.left_out[i]));
+    }
+    text += files::csv_row(fields) + "\n";
   }
   return text;
 }
 
-std::string columns_of_members(const study::Study& study) {
-  std::string text = "line,member,seed";
-  for (const study::Factor& f : study.factors) text += "," + study::quoted(f.key);
-  text += ",derailed_without_locomotives,derailed_locomotives";
-  for (const auto& q : outcome::kQuantities) text += fmt::format(",{}", q.name);
-  return text + ",ended,message";
+namespace {
+
+constexpr std::size_t kBeforeInputs = 3;  // line, member, seed: without the run's number
+constexpr std::size_t kLine = 1, kMember = 2, kSeed = 3, kCars = 4, kLocomotives = 5, kQuantities = 6;  // places in a row of the journal
+constexpr std::size_t kEnded = kQuantities + outcome::kQuantities.size(), kWarnings = kEnded + 1, kMessage = kEnded + 2;
+
+std::vector<std::string> journal_columns() {
+  std::vector<std::string> names{"run", "line", "member", "seed", "derailed_without_locomotives", "derailed_locomotives"};
+  for (const auto& q : outcome::kQuantities) names.emplace_back(q.name);
+  for (const char* name : {"ended", "warnings", "message"}) names.emplace_back(name);
+  return names;
 }
 
-std::string line_of(const Accident& accident, std::int64_t member, const study::Point& point, const Member& m) {
-  std::string text = fmt::format("{},{},{}", accident.line, member, m.seed);
-  for (const std::string& value : point.values) text += "," + value;
-  text += fmt::format(",{},{}", m.derailed.cars, m.derailed.locomotives);
-  for (const auto& q : outcome::kQuantities) text += fmt::format(",{}", q.value(m.outcome));
-  return text + fmt::format(",{},{}", outcome::to_string(m.outcome.ended), study::quoted(m.outcome.message));
+}  // namespace
+
+std::int64_t run_number(const Accident& accident, std::int64_t members, std::int64_t member) {
+  return static_cast<std::int64_t>(accident.line) * members + member;
 }
 
-Member member_from(const std::string& line, const std::string& columns) {
-  const std::vector<std::string> fields = study::fields_of(line), names = study::fields_of(columns);
-  const std::size_t first = names.size() - fields.size();  // the journal has the run's number before them
-  const auto field = [&](const char* name) -> const std::string& {
-    const auto place = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
-    return fields.at(place - first);
+study::JournalFormat journal_format(const study::Study& study, const AccidentTable& accidents, const std::string& identity) {
+  struct Limits {
+    int cars, locomotives;
   };
-  Member m;
-  m.text = line;
-  try {
-    m.seed = std::stoll(field("seed"));
-    m.derailed = {std::stoi(field("derailed_without_locomotives")), std::stoi(field("derailed_locomotives"))};
-    m.outcome.message = field("message");
-    for (const auto ended : {outcome::Ended::at_rest, outcome::Ended::time_max, outcome::Ended::integration_failed}) {
-      if (field("ended") == outcome::to_string(ended)) m.outcome.ended = ended;
-    }
-  } catch (const std::logic_error&) {
-    throw std::runtime_error("line '" + line + "' is not a run of a validation");
+  std::map<std::int64_t, Limits> rows;
+  for (const Accident& a : accidents.rows) {
+    rows[static_cast<std::int64_t>(a.line)] = {a.n_cars, a.head_end_locos + a.mid_locos + a.rear_locos};
   }
+  study::Study plan;  // what run_of() needs
+  plan.seed = study.seed;
+  plan.replicates = study.replicates;
+  study::JournalFormat format{"validation", identity, journal_columns(), {}};
+  format.flaw = [plan, rows, members = members_a_row(study), columns = format.columns](const std::vector<std::string>& fields) -> std::string {
+    const std::int64_t number = std::stoll(fields[0]), line = number / members;
+    const auto row = rows.find(line);
+    if (row == rows.end()) return fmt::format("run {}: no row of the table", number);
+    if (fields[kLine] != fmt::format("{}", line) || fields[kMember] != fmt::format("{}", number % members) ||
+        fields[kSeed] != fmt::format("{}", study::run_of(plan, number).seed)) {
+      return fmt::format("run {}: line, member or seed are not those of the plan", number);
+    }
+    std::string problem;
+    const auto count = [&](std::size_t column, int most) {
+      if (problem.empty()) problem = study::flaw_of_count(columns[column], fields[column]);
+      if (problem.empty() && std::stoll(fields[column]) > most) {
+        problem = fmt::format("{} = '{}': the train has {}", columns[column], fields[column], most);
+      }
+    };
+    count(kCars, row->second.cars);
+    count(kLocomotives, row->second.locomotives);
+    for (std::size_t i = kQuantities; i < kEnded && problem.empty(); ++i) problem = study::flaw_of_number(columns[i], fields[i]);
+    return problem.empty() ? study::flaw_of_ended(fields[kEnded]) : problem;
+  };
+  return format;
+}
+
+std::vector<std::string> fields_of(const Accident& accident, std::int64_t number, const Member& m) {
+  std::vector<std::string> fields;
+  for (const std::int64_t n : {number, static_cast<std::int64_t>(accident.line), m.member, m.seed, static_cast<std::int64_t>(m.derailed.cars),
+                               static_cast<std::int64_t>(m.derailed.locomotives)}) {
+    fields.push_back(fmt::format("{}", n));
+  }
+  for (const auto& q : outcome::kQuantities) fields.push_back(fmt::format("{}", q.value(m.outcome)));
+  fields.emplace_back(outcome::to_string(m.outcome.ended));
+  fields.push_back(study::warnings_field(m.outcome.warnings));
+  fields.push_back(m.outcome.message);
+  return fields;
+}
+
+Member member_from(const std::vector<std::string>& fields) {
+  Member m;
+  m.member = std::stoll(fields[kMember]);
+  m.seed = std::stoll(fields[kSeed]);
+  m.derailed = {std::stoi(fields[kCars]), std::stoi(fields[kLocomotives])};
+  for (const auto ended : {outcome::Ended::at_rest, outcome::Ended::time_max, outcome::Ended::integration_failed}) {
+    if (fields[kEnded] == outcome::to_string(ended)) m.outcome.ended = ended;
+  }
+  m.outcome.message = fields[kMessage];
+  if (!fields[kWarnings].empty()) m.outcome.warnings = {fields[kWarnings]};
   return m;
 }
 
+std::string line_of(std::vector<std::string> fields, const study::Point& point) {
+  fields.erase(fields.begin());
+  fields.insert(fields.begin() + kBeforeInputs, point.values.begin(), point.values.end());
+  return files::csv_row(fields);
+}
+
 std::string members_csv(const study::Study& study, const Ensembles& ensembles) {
-  std::string text = columns_of_members(study) + "\n";
+  study::Point keys;
+  for (const study::Factor& f : study.factors) keys.values.push_back(f.key);
+  std::string text = line_of(journal_columns(), keys) + "\n";
   for (const Member& m : ensembles.members) text += m.text + "\n";
   return text;
 }

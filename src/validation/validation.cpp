@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <exception>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -11,11 +10,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "study/parallel.hpp"
-#include "train_derail/study/journal.hpp"
-#include "validation/member_text.hpp"
+#include "parallel.hpp"
+#include "study/warnings.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/study/journal.hpp"
+#include "validation/member_text.hpp"
 
 namespace train_derail::validation {
 
@@ -112,47 +112,75 @@ std::int64_t members_a_row(const study::Study& study) {
   return static_cast<std::int64_t>(sampled ? study.samples : 1) * study.replicates;
 }
 
-std::vector<study::Point> points_of(study::Study study, const Accident& accident) {
+study::Points points_of(study::Study study, const Accident& accident) {
   study.seed = study::run_of(study, -static_cast<std::int64_t>(accident.line)).seed;  // runs have numbers from 0 on
-  return study::points(study);
+  return study::Points(study);
 }
 
 namespace {
 
-/// Runs that are there already, by number; what is to be done with a new one.
+/// Runs that are there already, by number, as rows of a journal; what is to be done with a new one.
 struct Kept {
-  std::map<std::int64_t, Member> finished;
-  std::function<void(std::int64_t, const Member&)> keep;
+  std::map<std::int64_t, std::vector<std::string>> finished;
+  std::function<void(const std::vector<std::string>&, double wall_time)> keep;
 };
 
-/// Unlike its place among the rows asked for, it belongs to line and member.
-std::int64_t run_number(const Accident& accident, std::int64_t members, std::int64_t member) {
-  return static_cast<std::int64_t>(accident.line) * members + member;
+/// Also what is to be said of rows. Throws InputError that names the line.
+std::vector<std::string> check_rows(const study::Study& study, const AccidentTable& accidents) {
+  const std::int64_t members = members_a_row(study), rows = static_cast<std::int64_t>(accidents.rows.size());
+  if (members > kMembersMax / std::max<std::int64_t>(rows, 1)) {
+    throw InputError("study", "samples", fmt::format("{}", members), fmt::format("{} rows with so many members each are too many runs", rows),
+                     fmt::format("at most {} runs in all", kMembersMax));
+  }
+  std::int64_t equal = 0;
+  std::string first, why;
+  for (const Accident& a : accidents.rows) {
+    const std::string where = fmt::format("{}:{}", accidents.path, a.line);
+    try {
+      inputs::Scenario scenario = scenario_of(study.base, a);
+      scenario.initial.perturbation = study.perturbation;
+      inputs::validate(scenario);
+      const bool only_seeds = study.factors.empty() ? members > 1 : study.replicates > 1;
+      const std::string now = only_seeds ? study::why_equal(scenario, study.engine) : "";
+      if (!now.empty() && equal++ == 0) {
+        first = where;
+        why = now;
+      }
+    } catch (const InputError& e) {
+      throw InputError(where + ": scenario", e.key(), e.value(), e.problem(), e.allowed());
+    }
+  }
+  if (equal == 0) return {};
+  if (equal == rows) {
+    throw InputError(study.source, "replicates", fmt::format("{}", study.replicates), "members that differ by their seed alone cannot differ: " + why,
+                     "1, or a perturbation that acts");
+  }
+  return {fmt::format("{} of {} rows have members that cannot differ, {} is the first: {}", equal, rows, first, why)};
 }
 
 Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs, Kept kept,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
   const std::int64_t members = members_a_row(study);
-  std::vector<std::vector<study::Point>> points;
+  const auto per_row = static_cast<std::size_t>(members);
+  std::vector<study::Points> points;
   for (const Accident& a : accidents.rows) points.push_back(points_of(study, a));
   Ensembles e;
-  e.members.resize(accidents.rows.size() * static_cast<std::size_t>(members));
+  e.members.resize(accidents.rows.size() * per_row);
   std::vector<std::size_t> missing;
   study::Progress progress;
   progress.total = static_cast<std::int64_t>(e.members.size());
-  const auto number_of = [&](std::size_t i) {
-    const auto per_row = static_cast<std::size_t>(members);
-    return run_number(accidents.rows[i / per_row], members, static_cast<std::int64_t>(i % per_row));
-  };
-  const auto place = [&](std::size_t i, Member m) {
-    m.row = i / static_cast<std::size_t>(members);
-    m.member = static_cast<std::int64_t>(i % static_cast<std::size_t>(members));
+  const auto number_of = [&](std::size_t i) { return run_number(accidents.rows[i / per_row], members, static_cast<std::int64_t>(i % per_row)); };
+  const auto point_of = [&](std::size_t i) { return points[i / per_row][static_cast<std::int64_t>(i % per_row) / study.replicates]; };
+  const auto place = [&](std::size_t i, Member m, const std::vector<std::string>& fields) {
+    m.row = i / per_row;
+    m.member = static_cast<std::int64_t>(i % per_row);
+    m.text = line_of(fields, point_of(i));
     e.members[i] = std::move(m);
   };
   for (std::size_t i = 0; i < e.members.size(); ++i) {
     const auto found = kept.finished.find(number_of(i));
     if (found == kept.finished.end()) missing.push_back(i);
-    else place(i, std::move(found->second));
+    else place(i, member_from(found->second), found->second);
   }
   progress.done = progress.total - static_cast<std::int64_t>(missing.size());
 
@@ -160,29 +188,16 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   std::mutex mutex;
-  std::exception_ptr broken;  // nothing more can be kept
-  study::for_each_run(missing.size(), jobs, [&](std::size_t k) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex);
-      if (stop || broken) return;
-    }
+  for_each_run(missing.size(), jobs, [&](std::size_t k) {
+    if (stop) return;
     const std::size_t i = missing[k];
-    const std::size_t row = i / static_cast<std::size_t>(members);
-    const auto member = static_cast<std::int64_t>(i % static_cast<std::size_t>(members));
-    const study::Point& point = points[row][static_cast<std::size_t>(member / study.replicates)];
-    Member m = compute(study, accidents.rows[row], point, study::run_of(study, number_of(i)), stop);
-    if (m.outcome.ended == outcome::Ended::running) return;  // stopped
-    m.text = line_of(accidents.rows[row], member, point, m);
+    const Accident& accident = accidents.rows[i / per_row];
+    Member m = compute(study, accident, point_of(i), study::run_of(study, number_of(i)), stop);
+    if (m.outcome.ended == outcome::Ended::running) return;
+    m.member = static_cast<std::int64_t>(i % per_row);
+    const std::vector<std::string> fields = fields_of(accident, number_of(i), m);
     const std::lock_guard<std::mutex> lock(mutex);
-    if (broken) return;
-    if (kept.keep) {
-      try {
-        kept.keep(number_of(i), m);
-      } catch (const std::runtime_error&) {
-        broken = std::current_exception();
-        return;
-      }
-    }
+    if (kept.keep) kept.keep(fields, m.outcome.wall_time);
     ++progress.done;
     ++computed;
     if (m.outcome.ended == outcome::Ended::integration_failed) {
@@ -190,12 +205,15 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
       progress.message = m.outcome.message;
     }
     progress.rate = static_cast<double>(computed) / elapsed();
-    place(i, std::move(m));
+    place(i, std::move(m), fields);
     on_progress(progress);
   });
-  if (broken) std::rethrow_exception(broken);
-  e.failed = std::count_if(e.members.begin(), e.members.end(),
-                           [](const Member& m) { return m.outcome.ended == outcome::Ended::integration_failed; });
+  study::WarningCount warnings;
+  for (const Member& m : e.members) {
+    e.failed += m.outcome.ended == outcome::Ended::integration_failed ? 1 : 0;
+    warnings.add(study::warnings_field(m.outcome.warnings));
+  }
+  e.warnings = warnings.texts(progress.total);
   e.stopped = progress.done < progress.total;
   e.wall_time = elapsed();
   return e;
@@ -207,12 +225,6 @@ std::optional<InputError> wrong_scenario(const study::Study& study, const Accide
     return {};
   } catch (const InputError& e) {
     return InputError(fmt::format("{}:{}: scenario", accidents.path, a.line), e.key(), e.value(), e.problem(), e.allowed());
-  }
-}
-
-void check_rows(const study::Study& study, const AccidentTable& accidents) {
-  for (const Accident& a : accidents.rows) {
-    if (const auto wrong = wrong_scenario(study, accidents, a)) throw *wrong;
   }
 }
 
@@ -272,34 +284,29 @@ void check_scenarios(const study::Study& study, AccidentTable& accidents, bool s
 
 Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
-  members_a_row(study);
-  check_rows(study, accidents);
-  return run(study, accidents, jobs, Kept{}, on_progress, stop);
+  std::vector<std::string> warnings = check_rows(study, accidents);
+  Ensembles e = run(study, accidents, jobs, Kept{}, on_progress, stop);
+  e.warnings.insert(e.warnings.begin(), warnings.begin(), warnings.end());
+  return e;
 }
 
 Ensembles run(const study::Study& study, const AccidentTable& accidents, const RunOptions& options,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
-  members_a_row(study);
-  check_rows(study, accidents);
-  study::claim_folder(options.folder, description(study, accidents));
-  const std::string columns = "run," + columns_of_members(study);
-  study::Journal journal(options.folder, columns, {});
-  if (!journal.finished().empty() && !options.resume) {
-    throw std::runtime_error(fmt::format("{}: holds {} finished runs of this validation; --resume computes what is missing",
-                                         options.folder, journal.finished().size()));
-  }
+  std::vector<std::string> warnings = check_rows(study, accidents);
+  const study::JournalFormat format = journal_format(study, accidents, description(study, accidents));
+  study::claim_folder(options.folder, format.identity);
   Kept kept;
-  study::read_journals(options.folder, columns, [&](std::int64_t number, const std::string& row) {
-    kept.finished[number] = member_from(row.substr(row.find(',') + 1), columns);
-  });
-  kept.keep = [&](std::int64_t number, const Member& m) {
-    journal.append(fmt::format("{},{}", number, m.text), m.outcome.wall_time);
-  };
-  return run(study, accidents, options.jobs, std::move(kept), on_progress, stop);
+  study::Journal journal(options.folder, format, {}, options.resume,
+                         [&](const study::JournalRow& row) { kept.finished[row.run] = row.fields; });
+  kept.keep = [&](const std::vector<std::string>& fields, double wall_time) { journal.append(fields, wall_time); };
+  Ensembles e = run(study, accidents, options.jobs, std::move(kept), on_progress, stop);
+  e.warnings.insert(e.warnings.begin(), warnings.begin(), warnings.end());
+  e.problems = journal.problems();
+  return e;
 }
 
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
-  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, ensembles.warnings};
   std::vector<std::vector<double>> counts(accidents.rows.size());
   for (const Member& m : ensembles.members) {
     if (m.outcome.ended == outcome::Ended::integration_failed) continue;

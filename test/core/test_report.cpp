@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -74,9 +75,7 @@ class ReportTest : public ::testing::Test {
     const study::Study s = study::read_study_file((folder_ / "study.yaml").string());
     const std::atomic<bool> stop{false};
     const auto report = study::run_study(s, {results(), 2, false, {}}, [](const study::Progress&) {}, stop);
-    study::write_runs(results(), s);
-    study::write_summary(results(), s);
-    study::write_about(results(), s, report.runs, report.failed, report.wall_time);
+    study::write_results(results(), s, report.wall_time);
     return s;
   }
   std::string results() const { return (folder_ / "results").string(); }
@@ -166,7 +165,7 @@ TEST_F(ReportTest, NumbersAreThoseOfTheRunsInUnitsThatPeopleRead) {
 }
 
 TEST_F(ReportTest, FailedRunsStandWithTheirReason) {
-  finish("factors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\noutcomes: [stop_time]\n");
+  finish("factors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\nperturbation: {spacing: 3 mm}\noutcomes: [stop_time]\n");
   const std::string html = page();
   EXPECT_EQ(flaw(html), "");
   EXPECT_NE(html.find("<h2>Failed runs</h2>"), std::string::npos);
@@ -196,7 +195,7 @@ TEST_F(ReportTest, EveryPlanHasItsTables) {
 }
 
 TEST_F(ReportTest, WhatIsMissingIsNamed) {
-  EXPECT_EQ(error(), results() + ": no such folder");
+  EXPECT_EQ(error(), results() + ": no such folder; allowed: a folder that derail study has written");
   finish(kStudy);
   for (const char* name : {"about.json", "runs.csv", "summary.csv"}) {
     fs::rename(folder_ / "results" / name, folder_ / "aside");
@@ -206,6 +205,48 @@ TEST_F(ReportTest, WhatIsMissingIsNamed) {
     fs::rename(folder_ / "aside", folder_ / "results" / name);
   }
   EXPECT_EQ(error(), "no error");
+}
+
+TEST_F(ReportTest, WhatWasChangedIsNotBelieved) {
+  finish(kStudy);
+  const auto with = [&](const char* name, const std::function<void(std::string&)>& change) {
+    const fs::path path = folder_ / "results" / name;
+    std::ifstream file(path, std::ios::binary);
+    const std::string good{std::istreambuf_iterator<char>(file), {}};
+    std::string text = good;
+    change(text);
+    write(std::string("results/") + name, text);
+    const std::string said = error();
+    write(std::string("results/") + name, good);
+    EXPECT_EQ(said.find(results() + "/" + name), 0U) << said;
+    return said;
+  };
+  const auto digit = [](std::string& text) {
+    char& c = text[text.find_last_of("0123456789")];
+    c = c == '9' ? '8' : '9';
+  };
+  EXPECT_NE(with("runs.csv", digit).find("was changed since it was written"), std::string::npos);
+  EXPECT_NE(with("summary.csv", digit).find("was changed since it was written"), std::string::npos);
+  const auto replaced = [](const std::string& was, const std::string& is) {
+    return [was, is](std::string& text) { text.replace(text.find(was), was.size(), is); };
+  };
+  EXPECT_NE(with("about.json", replaced("\"factors\"", "\"factories\"")).find("an entry is missing"), std::string::npos);
+  EXPECT_NE(with("about.json", replaced("\"replicates\": 3", "\"replicates\": [")).find(": not JSON"), std::string::npos);
+  EXPECT_NE(with("about.json", replaced("\"crc32\"", "\"crc33\"")).find("an entry is missing"), std::string::npos);
+  EXPECT_NE(with("about.json", replaced("\"perturbation\": {", "\"perturbation\": 3, \"p\": {")).find("of a wrong kind"), std::string::npos);
+  EXPECT_NE(with("about.json", [](std::string& text) { text = "[]"; }).find("of a wrong kind"), std::string::npos);
+  EXPECT_NE(with("about.json", [](std::string& text) { text = std::string(1000000, '['); }).find("nested more than 20 deep"), std::string::npos);
+  EXPECT_EQ(error(), "no error");
+}
+
+TEST_F(ReportTest, OfAnEnsembleAndItsWarnings) {
+  write("scenario.yaml", "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\ninitial: {speed: 0, yaw_rate: 0}\nstop: {time_max: 2 s}\n");
+  finish("factors: []\nreplicates: 3\nperturbation: {spacing: 3 mm}\noutcomes: [stop_time]\n");
+  const std::string html = page();
+  EXPECT_EQ(flaw(html), "");
+  EXPECT_NE(html.find("None varies"), std::string::npos);
+  EXPECT_NE(html.find("<h2>Warnings</h2>"), std::string::npos) << "a train that stands: all runs are the same";
+  EXPECT_NE(html.find("all runs are the same run"), std::string::npos);
 }
 
 }  // namespace

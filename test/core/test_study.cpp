@@ -20,6 +20,7 @@
 #include <gtest/gtest.h>
 
 #include "fixtures.hpp"
+#include "study_fixtures.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/study/journal.hpp"
@@ -35,43 +36,10 @@ namespace fs = std::filesystem;
 
 const std::string kSource = TRAIN_DERAIL_SOURCE_DIR;
 
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
+using test::text_of;
 
-class StudyTest : public ::testing::Test {
+class StudyTest : public test::StudyFolder {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "derail_study_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-    write("scenario.yaml",
-          "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\n"
-          "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 2 s}\n");
-    write("study.yaml", kStudy);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
-  study::Study read(const std::string& name = "study.yaml") { return study::read_study_file((folder_ / name).string()); }
-  std::string error_of(const std::string& text) {
-    write("wrong.yaml", text);
-    try {
-      read("wrong.yaml");
-    } catch (const inputs::InputError& e) {
-      return std::string(e.what()).substr((folder_ / "wrong.yaml").string().size());
-    }
-    return "no error";
-  }
-  study::RunReport run(const study::Study& s, const std::string& out, int jobs, bool resume = false, study::Shard shard = {}) {
-    const std::atomic<bool> stop{false};
-    return study::run_study(s, {(folder_ / out).string(), jobs, resume, shard}, [](const study::Progress&) {}, stop);
-  }
-  std::string runs_csv(const study::Study& s, const std::string& out) {
-    study::write_runs((folder_ / out).string(), s);
-    return text_of(folder_ / out / "runs.csv");
-  }
   /// A child process computes the study and is killed once some runs are on disk.
   void compute_and_kill(const study::Study& s, const std::string& out, std::size_t lines) {
     const pid_t child = fork();
@@ -92,13 +60,6 @@ class StudyTest : public ::testing::Test {
     waitpid(child, &status, 0);
     ASSERT_GE(on_disk(), lines);
   }
-
-  static constexpr const char* kStudy =
-      "title: test\nscenario: scenario.yaml\nplan: one_at_a_time\nfactors:\n"
-      "  - {key: initial.speed, scale: [0.5, 1.0, 1.5]}\n"
-      "  - {key: ground.off_track_friction, values: [0.3, 30 %, 0.7]}\n"
-      "replicates: 5\nperturbation: {spacing: 3 mm, yaw_rate: 0.01}\nseed: 7\n";
-  fs::path folder_;
 };
 
 TEST_F(StudyTest, OneAtATimeChangesOneFactorFromTheBase) {
@@ -161,7 +122,7 @@ TEST_F(StudyTest, RandomPlansFillTheirRanges) {
 
 TEST_F(StudyTest, MistakesAreNamed) {
   const std::string head = "scenario: scenario.yaml\nfactors:\n";
-  EXPECT_EQ(error_of("scenario: scenario.yaml\n"), ":1: factors: missing; allowed: a list of groups");
+  EXPECT_EQ(error_of("scenario: scenario.yaml\n"), ":1: factors: missing; allowed: a list of groups; [] for an ensemble of the scenario itself");
   EXPECT_EQ(error_of(head + "  - {key: initial.sped, scale: [1]}\n").substr(0, 60),
             ":3: factors.key = 'initial.sped': unknown key, or it has no ");
   EXPECT_EQ(error_of(head + "  - {key: initial.speed, scale: [-1]}\n"),
@@ -241,8 +202,8 @@ TEST_F(StudyTest, ShardsMayBeginAtTheSameMoment) {
       ASSERT_GE(shards.back(), 0);
       if (shards.back() != 0) continue;
       try {
-        study::claim_folder(out, s);
-        const study::Journal journal(out, s, {i, kShards});
+        study::claim_folder(out, study::to_json(s));
+        const study::Journal journal(out, study::journal_format(s), {i, kShards}, false, [](const study::JournalRow&) {});
         _exit(0);
       } catch (const std::exception& e) {
         std::fprintf(stderr, "shard %d: %s\n", i, e.what());
@@ -257,8 +218,255 @@ TEST_F(StudyTest, ShardsMayBeginAtTheSameMoment) {
   }
 }
 
+// A study without a perturbation of its own has its scenario's; runs of a point that cannot differ are refused.
+TEST_F(StudyTest, ReplicatesDifferOrAreRefused) {
+  const std::string head = "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\nstop: {time_max: 2 s}\n";
+  const auto with = [&](const std::string& initial, const std::string& study, int cars = 4) {
+    std::string text = head;
+    text.replace(text.find("count: 4"), 8, "count: " + std::to_string(cars));
+    write("base.yaml", text + "initial: " + initial + "\n");
+    write("ensemble.yaml", "scenario: base.yaml\nfactors: []\nreplicates: 5\n" + study);
+    return read("ensemble.yaml");
+  };
+  const auto refused = [&](const study::Study& s) {
+    const std::string error = refusal([&] { run(s, "refused", 1); });
+    EXPECT_FALSE(fs::exists(folder_ / "refused"));
+    return error.substr(std::min(path("ensemble.yaml: ").size(), error.size()));
+  };
+  study::Study s = with("{speed: 20 mph, yaw_rate: 0.2, perturbation: {spacing: 3 mm, seed: 4}}", "");
+  EXPECT_DOUBLE_EQ(s.perturbation.spacing, 0.003);
+  EXPECT_EQ(run(s, "out", 2).runs, 5);
+  std::set<std::string> outcomes;
+  for (const std::string& line : test::lines_of(runs_csv(s, "out"))) outcomes.insert(line.substr(line.find(',', line.find(',', line.find(',', line.find(',') + 1) + 1) + 1)));
+  EXPECT_EQ(outcomes.size(), 6U) << "all differ";
+  EXPECT_TRUE(study::write_results(path("out"), s, 0.0).warnings.empty());
+  EXPECT_EQ(with("{speed: 20 mph, yaw_rate: 0.2, perturbation: {spacing: 3 mm}}", "perturbation: {yaw_rate: 0.01}\n").perturbation.spacing, 0.0)
+      << "its own, whole";
+
+  const std::string cannot = "replicates = '5': the runs of a point cannot differ: ", allowed = "; allowed: 1, or a perturbation that acts";
+  EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "")), cannot + "there is no perturbation, neither of the study nor of its scenario" + allowed);
+  EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2, perturbation: {spacing: 3 mm}}", "perturbation: {}\n")),
+            cannot + "there is no perturbation, neither of the study nor of its scenario" + allowed);
+  EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm}\n", 1)),
+            cannot + "of the perturbation, spacing is between cars, and there is one" + allowed);
+  EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0}", "perturbation: {yaw_rate: 0.1}\n")),
+            cannot + "of the perturbation, yaw_rate multiplies initial.yaw_rate, which is 0" + allowed);
+  // Kicks without rails are refused by the scenario.
+  EXPECT_NE(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm, kick: 1 ft/s}\n")).find("initial.perturbation.kick"),
+            std::string::npos);
+  s = with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm}\n");
+  s.factors = {{"initial.perturbation.seed", "", {"1", "2"}, {"1", "2"}, {}, 0.0, 0.0, "1", ""}};
+  EXPECT_EQ(refused(s), "replicates = '5': the runs of a point cannot differ: initial.perturbation.seed is one of the factors; allowed: 1");
+
+  // Where only some points are so, it is said.
+  write("some.yaml", "scenario: base.yaml\nplan: grid\nfactors:\n  - {key: initial.yaw_rate, values: [0, 0.2]}\nreplicates: 3\nperturbation: {yaw_rate: 0.1}\n");
+  const std::vector<std::string> warnings = study::check(read("some.yaml"));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("1 of 2 points have runs that cannot differ: initial.yaw_rate=0: "), std::string::npos) << warnings[0];
+  run(read("some.yaml"), "some", 2);
+  const study::Totals totals = study::write_results(path("some"), read("some.yaml"), 0.0);
+  ASSERT_EQ(totals.warnings.size(), 1U) << "and seen in what came out";
+  EXPECT_NE(totals.warnings[0].find("1 of 2 points: all runs are the same run"), std::string::npos) << totals.warnings[0];
+}
+
+TEST_F(StudyTest, TheAccidentsPerturbationActsInAStudyOverIt) {
+  write("accident.yaml", "scenario: " + kSource + "/config/accidents/arcadia_2011.yaml\nfactors: []\nreplicates: 5\n");
+  const study::Study s = read("accident.yaml");
+  EXPECT_GT(s.perturbation.kick, 0.0);
+  EXPECT_EQ(s.perturbation.kick, s.base.initial.perturbation.kick);
+  const study::Points points(s);
+  ASSERT_EQ(points.size(), 1);
+  EXPECT_EQ(study::scenario_of(s, points[0], study::run_of(s, 1)).initial.perturbation.alignment, s.base.initial.perturbation.alignment);
+  EXPECT_NE(study::run_of(s, 0).seed, study::run_of(s, 1).seed);
+}
+
+TEST_F(StudyTest, HugeStudiesAreRefusedByTheirNumber) {
+  std::string factors;
+  for (const char* key : {"initial.speed", "initial.yaw_rate", "coupler.length", "coupler.slack", "stop.speed", "stop.time_max", "ground.off_track_friction",
+                          "ground.on_track_friction", "ground.regularization_speed", "outcome.off_track_threshold"}) {
+    factors += std::string("  - {key: ") + key + ", values: [1, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9]}\n";
+  }
+  EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: grid\nreplicates: 3\nperturbation: {spacing: 3 mm}\nfactors:\n" + factors),
+            ": plan: 10000000000 points with 3 runs each are 30000000000 runs; allowed: at most 4000000 runs");
+  const std::string two = "factors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n  - {key: initial.yaw_rate, low: 0.1, high: 0.3}\n";
+  EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: saltelli\nsamples: 2000000\n" + two),
+            ": plan: 8000000 points with 1 runs each are 8000000 runs; allowed: at most 4000000 runs");
+  EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 5\nreplicates: 1000000\n" + two),
+            ": replicates: 5 points with 1000000 runs each are 5000000 runs; allowed: at most 4000000 runs");
+  study::Study s = read();
+  s.plan = study::Plan::grid;
+  s.factors.assign(200, s.factors.front());  // 3^200 points: beyond all integers
+  EXPECT_NE(refusal([&] { study::Points points(s); }).find("2.66e+95 points with 5 runs each are 1.33e+96 runs"), std::string::npos)
+      << refusal([&] { study::Points points(s); });
+  s.plan = study::Plan::latin_hypercube;
+  s.samples = 400'000;
+  s.replicates = 1;
+  EXPECT_NE(refusal([&] { study::Points points(s); }).find("400000 samples of 200 inputs are 80000000 numbers; allowed: at most 20000000 numbers"), std::string::npos);
+  std::string values = "1";
+  for (int i = 0; i < 10000; ++i) values += ", 1";
+  EXPECT_NE(error_of("scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [" + values + "]}\n").find("10001 values in all; allowed: at most 10000"),
+            std::string::npos);
+}
+
+TEST_F(StudyTest, ThousandsOfThreadsAreNotStarted) {
+  const study::Study s = read();
+  EXPECT_LE(study::jobs_max(), 4096);
+  EXPECT_EQ(run(s, "many", 4096).runs, 30);
+  EXPECT_EQ(run(s, "one", 1).runs, 30);
+  EXPECT_EQ(runs_csv(s, "many"), runs_csv(s, "one"));
+}
+
+// One run that takes long is given up; it is not in the journal.
+TEST_F(StudyTest, ALongRunIsGivenUpWhenStopped) {
+  write("long.yaml", "consist:\n  - {count: 200, length: 61.1 ft, weight: 150 kip}\ninitial: {speed: 60 mph, yaw_rate: 0.2}\n"
+                     "stop: {time_max: 100000 s, speed: 0}\nsolver: {rtol: 1e-13, atol: 1e-13, steps_max: 1000000000}\n");
+  write("one.yaml", "scenario: long.yaml\nfactors: []\n");
+  const study::Study s = read("one.yaml");
+  std::atomic<bool> stop{false};
+  std::chrono::steady_clock::time_point asked;
+  std::thread stopper([&] {
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (text_of(folder_ / "out/journal.csv").empty() && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
+    asked = std::chrono::steady_clock::now();
+    stop = true;
+  });
+  const study::RunReport report = study::run_study(s, {path("out"), 1, false, {}}, [](const study::Progress&) {}, stop);
+  stopper.join();
+  EXPECT_LT(std::chrono::steady_clock::now() - asked, std::chrono::seconds(2));
+  EXPECT_TRUE(report.stopped);
+  EXPECT_EQ(report.computed, 0);
+  EXPECT_EQ(test::lines_of(text_of(folder_ / "out/journal.csv")).size(), 1U);
+}
+
+TEST_F(StudyTest, PointsAndTablesAreGivenUpWhenStopped) {
+  const std::atomic<bool> stop{true};
+  study::Study s = read();
+  write("sobol.yaml", "scenario: scenario.yaml\nplan: saltelli\nsamples: 100000\nfactors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n");
+  EXPECT_THROW(study::Points(read("sobol.yaml"), &stop), study::Stopped);
+  EXPECT_THROW(study::check(s, &stop), study::Stopped);
+  const study::RunReport report = study::run_study(s, {path("out"), 1, false, {}}, [](const study::Progress&) {}, stop);
+  EXPECT_TRUE(report.stopped);
+  run(s, "whole", 1);
+  EXPECT_THROW(study::write_results(path("whole"), s, 0.0, &stop), study::Stopped);
+  const std::vector<double> sample(10, 1.0);
+  EXPECT_THROW(study::sobol_indices(sample, sample, {sample}, 500, &stop), study::Stopped);
+}
+
+TEST_F(StudyTest, NamesOfPointsAreWhatTheFileSays) {
+  write("named.yaml", "scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [10 mph, 4]}\n"
+                      "  - {key: ground.off_track_friction, values: [22.5 %, 0.225], scale: []}\n  - {key: coupler.slack, scale: [1.5]}\n"
+                      "  - {key: initial.yaw_rate, scale: [3]}\n");
+  const study::Study s = read("named.yaml");
+  const study::Points points(s);
+  std::vector<std::string> names;
+  for (std::int64_t i = 0; i < points.size(); ++i) names.push_back(points.name(i));
+  EXPECT_EQ(names, (std::vector<std::string>{"base", "initial.speed=10 mph", "initial.speed=4", "ground.off_track_friction=22.5 %",
+                                             "ground.off_track_friction=0.225", names[5], "initial.yaw_rate=0.6 rad/s"}));
+  EXPECT_EQ(names[5].find("coupler.slack="), 0U);
+  EXPECT_EQ(names[5].substr(names[5].size() - 3), " ft") << names[5];
+  EXPECT_EQ(points[1].values[0], "4.4704") << "in SI, exact";
+}
+
+TEST_F(StudyTest, TextFactorsWithWhateverStandsInThem) {
+  write("text.yaml", "scenario: scenario.yaml\nplan: grid\nfactors:\n  - {key: \"consist[0].name\", values: [tank_car, \"hopper, steel\", 'say \"hi\"', "
+                     "\"two\\nlines\", \"a: b\", \"[x]\", \"# no\", \"~\"]}\noutcomes: [stop_time]\n");
+  const study::Study s = read("text.yaml");
+  EXPECT_EQ(s.factors[0].values, (std::vector<std::string>{"tank_car", "hopper, steel", "say \"hi\"", "two\nlines", "a: b", "[x]", "# no", "~"}));
+  run(s, "out", 2);
+  study::write_results(path("out"), s, 0.0);
+  const std::string summary = text_of(folder_ / "out/summary.csv");
+  double first = 0.0;
+  std::istringstream lines(summary);
+  std::string line;
+  std::getline(lines, line);
+  int rows = 0;
+  while (std::getline(lines, line)) {
+    if (line.find("stop_time,s,1,0,") == std::string::npos) continue;  // the first half of a name with a line end
+    const double mean = std::stod(line.substr(line.find("stop_time,s,1,0,") + 16));
+    if (rows++ == 0) first = mean;
+    EXPECT_EQ(mean, first) << "a name changes nothing";
+  }
+  EXPECT_EQ(rows, 8);
+  EXPECT_GT(first, 0.0);
+  EXPECT_LE(first, 2.0);
+  for (const char* key : {"title", "values", "label"}) {
+    const std::string bad = std::string("scenario: scenario.yaml\ntitle: ") + (std::string(key) == "title" ? "\"\xFF\"" : "t") + "\nplan: grid\nfactors:\n" +
+                            "  - {key: \"consist[0].name\", label: " + (std::string(key) == "label" ? "a\xFF" : "l") + ", values: [" +
+                            (std::string(key) == "values" ? "a\xC0" : "v") + "]}\n";
+    EXPECT_NE(error_of(bad).find("UTF-8"), std::string::npos) << key << error_of(bad);
+  }
+}
+
+TEST_F(StudyTest, GivenTwice) {
+  EXPECT_EQ(error_of("scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [1]}\n  - {key: initial.speed, values: [2]}\n"),
+            ":4: factors.key = 'initial.speed': given twice; allowed: every key once");
+  EXPECT_EQ(error_of("scenario: scenario.yaml\noutcomes: [stop_time, stop_time]\nfactors: []\n"),
+            ":2: outcomes = 'stop_time': given twice; allowed: every name once");
+  EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 4\nfactors: []\n"),
+            ":4: factors = '[]': the plan samples inputs, and there are none; allowed: at least one, or another plan");
+  EXPECT_NE(error_of("scenario: scenario.yaml\nfactors:\n  - {key: coupler.break_draft, scale: [0.5]}\n").find("the base value is infinite, cannot be scaled"),
+            std::string::npos);
+  EXPECT_NE(error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 4\nfactors:\n  - {key: coupler.swing_moment_max, low: 1e5, high: .inf}\n")
+                .find("not a finite number, cannot be sampled"), std::string::npos);
+}
+
+TEST_F(StudyTest, AnEnsembleByTheCommandLine) {
+  write("jitter.yaml", text_of(folder_ / "scenario.yaml").insert(text_of(folder_ / "scenario.yaml").find("yaw_rate: 0.2") + 13, ", perturbation: {spacing: 3 mm, seed: 5}"));
+  const Result table = derail("run jitter.yaml --seeds 7 --csv runs.csv --json out.json --jobs 2");
+  ASSERT_EQ(table.code, 0) << table.out;
+  EXPECT_NE(table.out.find("7 runs, each with a seed of its own"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("kip"), std::string::npos);
+  EXPECT_NE(table.out.find(" N "), std::string::npos) << "SI beside it";
+  const std::vector<std::string> runs = test::lines_of(text_of(folder_ / "runs.csv"));
+  ASSERT_EQ(runs.size(), 8U);
+  EXPECT_EQ(runs[0].find("run,point,replicate,seed,cars_past_pod,"), 0U);
+  EXPECT_NE(text_of(folder_ / "out.json").find("\"runs\": 7"), std::string::npos);
+  // The runs are those of a study of the same scenario and seed, and one of them alone is the run of its seed.
+  write("same.yaml", "scenario: jitter.yaml\nfactors: []\nreplicates: 7\nseed: 5\n");
+  const study::Study s = read("same.yaml");
+  run(s, "same", 1);
+  EXPECT_EQ(runs_csv(s, "same"), text_of(folder_ / "runs.csv"));
+  EXPECT_EQ(derail("run jitter.yaml --seeds 7 --csv again.csv --jobs 1 --quiet").code, 0);
+  EXPECT_EQ(text_of(folder_ / "again.csv"), text_of(folder_ / "runs.csv"));
+
+  const auto refused = [&](const std::string& arguments, const std::string& why) {
+    const Result r = derail(arguments);
+    EXPECT_EQ(r.code, 2) << arguments << r.out;
+    EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
+  };
+  refused("run scenario.yaml --seeds 7", "the runs of a point cannot differ: there is no perturbation");
+  refused("run jitter.yaml --seeds 7 --bag x.bag", "--bag = 'x.bag': is of one run");
+  refused("run jitter.yaml --seeds 1", "--seeds");
+  refused("run jitter.yaml --jobs 2", "--jobs = '2': one run is computed by one thread");
+  const Result failing = derail("run jitter.yaml --seeds 3 --set solver.steps_max=20 --quiet");
+  EXPECT_EQ(failing.code, 3) << failing.out;
+  EXPECT_NE(failing.out.find("3 of 3 runs failed, the first: "), std::string::npos) << failing.out;
+}
+
+// Warnings of runs are counted; those that differ in numbers alone are one.
+TEST_F(StudyTest, WarningsOfRunsAreCounted) {
+  const study::Study s = read();
+  const study::JournalFormat format = study::journal_format(s);
+  study::claim_folder(path("out"), format.identity);
+  {
+    study::Journal journal(path("out"), format, {}, false, [](const study::JournalRow&) {});
+    for (int i = 0; i < 10; ++i) {
+      outcome::Outcome o;
+      o.ended = outcome::Ended::at_rest;
+      o.stop_time = i;
+      if (i < 3) o.warnings.push_back("energy residual " + std::to_string(0.01 * i) + ", more than 1e-3");
+      if (i == 2) o.warnings.emplace_back("coupler.slack = 5 ft, unusual: \"long\"");
+      journal.append(study::journal_fields(study::run_of(s, i), o), 0.1);
+    }
+  }
+  const study::Totals totals = study::write_results(path("out"), s, 0.0);
+  EXPECT_EQ(totals.warnings, (std::vector<std::string>{"3 of 10 runs: energy residual 0.000000, more than 1e-3",
+                                                       "1 of 10 runs: coupler.slack = 5 ft, unusual: \"long\""}));
+  EXPECT_NE(text_of(folder_ / "out/about.json").find("3 of 10 runs: energy residual"), std::string::npos);
+}
+
 TEST_F(StudyTest, FailedRunsStayWithTheirReason) {
-  write("failing.yaml", "scenario: scenario.yaml\nfactors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\n");
+  write("failing.yaml", "scenario: scenario.yaml\nfactors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\nperturbation: {spacing: 3 mm}\n");
   const study::Study s = read("failing.yaml");
   const study::RunReport report = run(s, "failing", 2);
   EXPECT_EQ(report.runs, 4);

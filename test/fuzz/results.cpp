@@ -20,7 +20,7 @@ struct Results {
     study.base.stop.time_max = 0.5;
     const std::atomic<bool> stop{false};
     study::run_study(study, {written.string(), 1, false, {}}, [](const study::Progress&) {}, stop);
-    study::write_results(written.string(), study, 0, 0.0);
+    study::write_results(written.string(), study, 0.0);
   }
   study::Study study;
   fs::path written = fuzz::folder() / "written";
@@ -38,10 +38,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto refusable = [](auto call) { fuzz::may_refuse<std::runtime_error>(call); };
   fuzz::write(folder / files[data[0] % 5], fuzz::text_of(data + 1, size - 1));
   refusable([&] { study::to_html(folder.string()); });
-  refusable([&] { study::claim_folder(folder.string(), results.study); });
+  refusable([&] { study::claim_folder(folder.string(), study::to_json(results.study)); });
   refusable([&] { study::to_table(folder.string(), results.study); });
-  refusable([&] { study::Journal(folder.string(), results.study, {}); });
-  refusable([&] { study::write_results(folder.string(), results.study, 0, 0.0); });
+  refusable([&] {
+    const study::Journal journal(folder.string(), study::journal_format(results.study), {}, true, [](const study::JournalRow&) {});
+    for (const std::string& problem : journal.problems()) fuzz::expect_readable(problem);
+  });
+  refusable([&] { study::gather(folder.string(), {results.written.string()}, results.study); });
+  refusable([&] { study::write_results(folder.string(), results.study, 0.0); });
   refusable([&] { study::to_html(folder.string()); });
   return 0;
 }

@@ -284,12 +284,25 @@ class PlotStudyTest(PlotTest):
                 file.write('{"a",\n')
             refused(folder, name)
         folder = self.copy('grid')
+        with open(os.path.join(folder, 'runs.csv'), 'r+', encoding='utf-8') as file:
+            text = file.read()
+            file.seek(0)
+            file.write(text.replace('0', '1', 1))
+        refused(folder, 'runs.csv: not as it was written', '--resume')
+        folder = self.copy('grid')
         with open(os.path.join(folder, 'about.json'), encoding='utf-8') as file:
             about = json.load(file)
         del about['columns']['initial.speed']
         with open(os.path.join(folder, 'about.json'), 'w', encoding='utf-8') as file:
             json.dump(about, file)
         refused(folder, 'about.json', 'initial.speed', '--resume')
+
+    def test_an_ensemble_has_its_distributions(self):
+        study = self.path('ensemble.yaml', 'scenario: scenario.yaml\nfactors: []\nreplicates: 6\nperturbation: {spacing: 3 mm}\n')
+        self.derail('study', study, '--out', self.path('ensemble'))
+        drawn = list(plot_study.pictures(study_data.read(self.path('ensemble'))))
+        self.assertEqual([name for name, _, _ in drawn], ['distributions'])
+        self.assertIn('6 runs', drawn[0][1])
 
     def test_pictures_that_cannot_be_written_are_said(self):
         folder = self.copy('grid')

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,8 @@ struct Interval {
 };
 Interval predictive_interval(std::vector<double> sample, double share);
 
+inline constexpr int kBootstraps = 500;
+
 /// Variance-based sensitivity of one output to one input, with 95 % bootstrap intervals.
 /// First order by Saltelli et al. (2010), total by Jansen (1999).
 struct SobolIndex {
@@ -38,8 +41,9 @@ struct SobolIndex {
   double total = 0.0, total_low = 0.0, total_high = 0.0;
 };
 
-/// `a`, `b`: outputs at the sample points A and B; `ab[i]`: at A with input i taken from B. All of equal length.
+/// Throws Stopped (study.hpp). `a`, `b`: outputs at the sample points A and B; `ab[i]`: at A with input i taken from B. All of equal length.
 std::vector<SobolIndex> sobol_indices(const std::vector<double>& a, const std::vector<double>& b,
-                                      const std::vector<std::vector<double>>& ab, int bootstraps = 500);
+                                      const std::vector<std::vector<double>>& ab, int bootstraps = kBootstraps,
+                                      const std::atomic<bool>* stop = nullptr);
 
 }  // namespace train_derail::study

@@ -18,6 +18,9 @@
 
 namespace train_derail::validation {
 
+/// Most runs of a validation: rows times members.
+inline constexpr std::int64_t kMembersMax = 1'000'000;
+
 /// Share of the real counts that an interval is to hold.
 inline constexpr double kIntervalShare = 0.9;
 
@@ -43,20 +46,23 @@ struct Ensembles {
   std::int64_t failed = 0;
   bool stopped = false;
   double wall_time = 0.0;  // s
+  std::vector<std::string> warnings;  // "3 of 200 runs: energy residual ...", and of rows whose members cannot differ
+  std::vector<std::string> problems;  // lines of the journal that were not good: their runs have been computed anew
 };
 
 /// Each row's own sample of the inputs, from the study's seed and the row's line in the file: with one sample for all, its luck would
 /// not average out over rows.
-std::vector<study::Point> points_of(study::Study study, const Accident& accident);
+study::Points points_of(study::Study study, const Accident& accident);
 
 /// Member j of a row has the inputs of point j / replicates of points_of(). Does not depend on `jobs` (0: one a core), nor on which
-/// other rows the table has. `on_progress` is called from the worker threads, one at a time. `stop` makes it return after the runs
-/// in flight. Throws inputs::InputError, also if a row and the base scenario do not go together (the message names the line).
+/// other rows the table has. `on_progress` is called from the worker threads, one at a time. `stop` makes it return soon: runs under way
+/// are given up. Throws inputs::InputError, also if a row and the base scenario do not go together (the message names the line).
 Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
 /// The same with a journal in `folder`, as studies have: after a kill or stop, `resume` computes what is missing. The folder belongs
-/// to this study and these rows. Throws std::runtime_error if it cannot be used, or holds runs and is not to be resumed.
+/// to this study and these rows. Throws std::runtime_error: it holds others, or runs and is not to be resumed, or cannot be written; inputs::InputError:
+/// what lies in it cannot be read.
 struct RunOptions {
   std::string folder;
   int jobs = 0;

@@ -1,0 +1,38 @@
+// What shows that bytes are no longer those that were written.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include <boost/crc.hpp>
+#include <fmt/format.h>
+
+namespace train_derail::study {
+
+/// CRC-64/XZ.
+inline std::uint64_t crc64(std::string_view a, std::string_view b = {}) {
+  boost::crc_optimal<64, 0x42F0E1EBA9EA3693ULL, 0xFFFFFFFFFFFFFFFFULL, 0xFFFFFFFFFFFFFFFFULL, true, true> crc;
+  crc.process_bytes(a.data(), a.size());
+  crc.process_bytes(b.data(), b.size());
+  return crc.checksum();
+}
+
+/// As 16 hexadecimal digits.
+inline std::string crc64_text(std::string_view a, std::string_view b = {}) { return fmt::format("{:016x}", crc64(a, b)); }
+
+/// CRC-32 of a file, as of zlib (scripts check it too), as 8 hexadecimal digits; "" if it cannot be read.
+inline std::string crc32_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return "";
+  boost::crc_32_type crc;
+  char block[1 << 16];
+  do {
+    file.read(block, sizeof block);
+    crc.process_bytes(block, static_cast<std::size_t>(file.gcount()));
+  } while (file);
+  return fmt::format("{:08x}", crc.checksum());
+}
+
+}  // namespace train_derail::study
