@@ -8,7 +8,7 @@
 
 namespace train_derail::validation {
 
-/// Read from a small file beside the presets (config/accident_class.yaml), where the sources stand.
+/// Read from a small file beside the presets (config/classes/loaded_unit_broken_rail.yaml), where the sources stand.
 struct FittedClass {
   struct Range {
     std::string column;  ///< of the table of accidents
