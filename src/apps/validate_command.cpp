@@ -80,7 +80,7 @@ void say_left_out(const validation::AccidentTable& table) {
 int validate(const Arguments& a) {
   expect(files::Kind::accidents, a.table);
   expect(files::Kind::study, a.study);
-  const validation::AccidentTable table = read_table(a);
+  validation::AccidentTable table = read_table(a);
   const study::Study study = read_study(a);
   validation::check_scenarios(study, table, a.skip_invalid);
   if (!study.fitted_on.empty()) validation::read_fitted_class(study.fitted_on);  // said before the computing
