@@ -13,7 +13,6 @@
 #include "jobs.hpp"
 #include "progress.hpp"
 #include "scenario_input.hpp"
-#include "train_derail/files/output_file.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/study/report.hpp"
 #include "train_derail/study/runner.hpp"

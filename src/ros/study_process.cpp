@@ -163,13 +163,21 @@ RunStudyResult run(const RunStudyGoal& goal, const FileBounds& bounds,
       result.message = fmt::format("stopped with {} runs on disk; resume computes the rest", report.runs);
       return result;
     }
-    study::write_results(options.folder, study, report.failed, report.wall_time);
+    const study::Totals totals = study::write_results(options.folder, study, report.wall_time, &g_stop);
     result.table = study::to_table(options.folder, study);
     result.status = RunStudyResult::DONE;
     result.message = fmt::format("{} runs in {}", report.runs, options.folder);
     if (report.failed > 0) {
       result.message += fmt::format("; {} of {} failed, their rows in runs.csv say why", report.failed, report.computed);
     }
+    if (!report.problems.empty()) {
+      result.message += fmt::format("; {} lines of journals were not believed and computed anew, the first: {}", report.problems.size(),
+                                    report.problems.front());
+    }
+    for (const std::string& warning : totals.warnings) result.message += "; warning: " + warning;
+  } catch (const study::Stopped&) {
+    result.status = RunStudyResult::STOPPED;
+    result.message = "stopped before the tables were whole; resume writes them";
   } catch (const inputs::InputError& e) {
     result.status = RunStudyResult::INPUT_WRONG;
     result.message = e.what();

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <initializer_list>
 #include <map>
 #include <set>
@@ -46,25 +45,24 @@ struct File {
 
 /// Rows of a wrong length go to `errors`.
 File read_lines(const std::string& path, std::vector<InputError>& errors) try {
-  files::CsvReader reader(path);
+  files::CsvReader in(path);
   File file;
   file.path = path;
-  if (!reader.next(file.names)) throw files::CsvError(path, 0, "is empty");
-  for (std::vector<std::string> fields; reader.next(fields);) {
-    Line line{reader.line(), std::move(fields)};
+  in.next(file.names);
+  for (Line line; in.next(line.fields);) {
+    line.number = in.line();
     // Published tables end their rows, but not their heads, with a comma.
     if (line.fields.size() == file.names.size() + 1 && line.fields.back().empty()) line.fields.pop_back();
     if (line.fields.size() != file.names.size()) {
       errors.emplace_back(file.where(line), "", "", fmt::format("{} fields", line.fields.size()),
                           fmt::format("{}, as columns", file.names.size()));
     } else {
-      file.rows.push_back(std::move(line));
+      file.rows.push_back(line);
     }
   }
   return file;
 } catch (const files::CsvError& e) {
-  throw InputError(e.line() > 0 ? fmt::format("{}:{}", path, e.line()) : path, "", "", e.problem(),
-                   "a table of accidents, CSV (docs/validation.md)");
+  throw InputError(e.line() > 0 ? fmt::format("{}:{}", path, e.line()) : path, "", "", e.problem(), "a table of accidents, CSV (docs/validation.md)");
 }
 
 /// One row of the table, column by column. What is wrong is gathered.

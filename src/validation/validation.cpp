@@ -306,7 +306,8 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, const R
 }
 
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
-  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, ensembles.warnings};
+  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  v.warnings = ensembles.warnings;
   std::vector<std::vector<double>> counts(accidents.rows.size());
   for (const Member& m : ensembles.members) {
     if (m.outcome.ended == outcome::Ended::integration_failed) continue;

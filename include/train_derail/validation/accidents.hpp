@@ -43,7 +43,7 @@ struct AccidentTable {
 /// Columns named as in docs/validation.md, in any order, others beside them; or reports as published (form 6180.54), of which
 /// rows with these columns are made. Lines may end with a comma more than there are columns. Several reports of one accident
 /// count once. Throws inputs::InputError about all rows that cannot be used: file, line, column, value, what is allowed; with
-/// `skip_invalid` these rows are left out instead, as long as any is left. Throws std::runtime_error if the file cannot be read.
+/// `skip_invalid` these rows are left out instead, as long as any is left. A file that is no table is an InputError too.
 AccidentTable read_accidents(const std::string& path, bool skip_invalid = false);
 
 /// What is wrong with some rows, as one error. Does nothing if nothing is.
