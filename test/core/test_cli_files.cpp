@@ -205,7 +205,7 @@ TEST_F(CliFiles, ResultsOfOthersAreNoStudys) {
   for (const char* name : {"runs.csv", "summary.csv", "about.json", "rows.csv", "validation.json"}) {
     fs::create_directory(at("out"));
     put(std::string("out/") + name, "mine");
-    const Result r = derail("study " + at("one.study.yaml") + " --set stop.time_max=0.1 --out " + at("out"));
+    const Result r = derail("study " + at("one.study.yaml") + " --set stop.time_max=1 --out " + at("out"));
     EXPECT_EQ(r.code, 1) << r.out;
     EXPECT_EQ(r.out, "derail: " + at("out") + ": holds " + name + " but no study.json: not a folder of this program\n");
     EXPECT_EQ(content(at(std::string("out/") + name)), "mine");
@@ -216,7 +216,7 @@ TEST_F(CliFiles, ResultsOfOthersAreNoStudys) {
 
 TEST_F(CliFiles, AReportReplacesItselfAlone) {
   put("one.study.yaml", "scenario: train.yaml\nfactors:\n  - {key: initial.speed, values: [10 mph]}\nplan: grid\n");
-  ASSERT_EQ(derail("study " + at("one.study.yaml") + " --set stop.time_max=0.1 --out " + at("out")).code, 0);
+  ASSERT_EQ(derail("study " + at("one.study.yaml") + " --set stop.time_max=1 --out " + at("out")).code, 0);
   EXPECT_EQ(derail("report " + at("out")).code, 0);
   EXPECT_EQ(derail("report " + at("out")).code, 0) << "a page of its own";
   put("page.html", "<html>mine</html>");
