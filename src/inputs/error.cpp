@@ -21,6 +21,12 @@ std::string compose(const std::string& where, const std::string& key, const std:
   return text;
 }
 
+std::string compose(const std::string& where, const std::string& problem, const std::vector<InputError>& each) {
+  std::string text = printable(where) + ": " + printable(problem);
+  for (const InputError& e : each) text += std::string("\n  ") + e.what();
+  return text;
+}
+
 }  // namespace
 
 std::string printable(std::string_view text, std::size_t most) {
@@ -48,5 +54,8 @@ InputError::InputError(std::string where, std::string key, std::string value, st
       value_(std::move(value)),
       problem_(std::move(problem)),
       allowed_(std::move(allowed)) {}
+
+InputError::InputError(std::string where, std::string problem, const std::vector<InputError>& each)
+    : std::runtime_error(compose(where, problem, each)), where_(std::move(where)), problem_(std::move(problem)) {}
 
 }  // namespace train_derail::inputs

@@ -276,14 +276,11 @@ void refuse(const std::string& path, std::size_t rows, const std::vector<InputEr
   if (errors.size() == 1) throw errors.front();
   constexpr std::size_t kShown = 50;
   std::set<std::string> wrong;
-  std::string text;
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    wrong.insert(errors[i].where());
-    if (i < kShown) text += std::string("\n  ") + errors[i].what();
-  }
-  if (errors.size() > kShown) text += fmt::format("\n  and {} more", errors.size() - kShown);
-  text = fmt::format("{} of {} rows cannot be used; --skip-invalid leaves them out:", wrong.size(), rows) + text;
-  throw InputError(path, "", "", text, "");
+  for (const InputError& e : errors) wrong.insert(e.where());
+  std::string text = fmt::format("{} of {} rows cannot be used; --skip-invalid leaves them out", wrong.size(), rows);
+  if (errors.size() > kShown) text += fmt::format("; the first {} of {} mistakes", kShown, errors.size());
+  const auto shown = static_cast<std::ptrdiff_t>(std::min(kShown, errors.size()));
+  throw InputError(path, text + ":", std::vector<InputError>(errors.begin(), errors.begin() + shown));
 }
 
 AccidentTable read_accidents(const std::string& path, bool skip_invalid) {

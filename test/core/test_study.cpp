@@ -319,7 +319,7 @@ TEST_F(StudyTest, ThousandsOfThreadsAreNotStarted) {
 // One run that takes long is given up; it is not in the journal.
 TEST_F(StudyTest, ALongRunIsGivenUpWhenStopped) {
   write("long.yaml", "consist:\n  - {count: 200, length: 61.1 ft, weight: 150 kip}\ninitial: {speed: 60 mph, yaw_rate: 0.2}\n"
-                     "stop: {time_max: 100000 s, speed: 0}\nsolver: {rtol: 1e-13, atol: 1e-13, steps_max: 1000000000}\n");
+                     "stop: {time_max: 100000 s, speed: 0}\noutput: {interval: 1 s}\noutcome: {sample_interval: 1 s}\nsolver: {rtol: 1e-13, atol: 1e-13, steps_max: 1000000000}\n");
   write("one.yaml", "scenario: long.yaml\nfactors: []\n");
   const study::Study s = read("one.yaml");
   std::atomic<bool> stop{false};

@@ -359,7 +359,7 @@ TEST_F(Validate, RowsOutsideOfTheFittedClassAreTold) {
   };
   const std::string inside = "ONE,31,6,140.5,2,0,0,2,5,3,T207,0\n", light = "TWO,31,6,130,2,0,0,2,5,3,T207,0\n",
                     other = "THREE,31,6,140,2,0,0,2,5,3,H307,3\n", silent = "FOUR,31,6,140,2,0,0,2,5,3,,\n";
-  EXPECT_EQ(of(inside).find("warning"), std::string::npos);
+  EXPECT_EQ(of(inside).find("fitted class"), std::string::npos);
 
   const std::string said = of(inside + light + other);
   EXPECT_NE(said.find("warning: 2 of 3 rows lie outside of what the base was fitted on (heavy and fast)"), std::string::npos) << said;
@@ -369,12 +369,14 @@ TEST_F(Validate, RowsOutsideOfTheFittedClassAreTold) {
   EXPECT_NE(said.find("outside of the fitted class (2 rows)"), std::string::npos) << said;
   const auto j = nlohmann::json::parse(text_of(folder_ / "out2" / "validation.json"));
   EXPECT_EQ(j.at("outside"), 2);
-  EXPECT_EQ(j.at("warnings").size(), 3u);
+  int of_class = 0;
+  for (const auto& warning : j.at("warnings")) of_class += warning.get<std::string>().find("fitted") != std::string::npos ? 1 : 0;
+  EXPECT_EQ(of_class, 3);
   EXPECT_EQ(j.at("groups").at(1).at("name"), "inside of the fitted class");
   EXPECT_EQ(j.at("groups").at(2).at("rows"), 2);
   const std::string rows = text_of(folder_ / "out2" / "rows.csv");
   EXPECT_NE(rows.find(",outside,"), std::string::npos);
-  EXPECT_NE(rows.find("\"tons_per_car 130 (fitted: 132 to 150)\""), std::string::npos) << rows;
+  EXPECT_NE(rows.find(",tons_per_car 130 (fitted: 132 to 150),"), std::string::npos) << rows;
 
   EXPECT_NE(of(silent).find("warning: the table does not tell cause of every row"), std::string::npos);
   write("study.yaml", kStudy);
