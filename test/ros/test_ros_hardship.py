@@ -2,6 +2,8 @@
 """What a simulator that people leave running has to stand: restart storms, subscribers that stop reading, a dead master."""
 
 import os
+import random
+import re
 import signal
 import socket
 import subprocess
@@ -44,6 +46,65 @@ def status(process, field):
     """Of /proc: VmRSS in kB, Threads."""
     with open('/proc/%d/status' % process.pid, encoding='ascii') as f:
         return next(int(line.split()[1]) for line in f if line.startswith(field + ':'))
+
+
+class Texts:
+    """Scenarios and overrides that somebody might send: good, nearly good, and hostile ones."""
+
+    def __init__(self, good, rng):
+        self.good, self.rng = good, rng
+        derail = roslib.packages.find_node('train_derail', 'derail')[0]
+        keys = subprocess.run([derail, 'keys'], capture_output=True, text=True, check=True).stdout
+        self.keys = [k.replace('[i]', '[0]') for k in re.findall(r'^([a-z_]\S*)$', keys, re.MULTILINE)]
+        self.kinds = [self.as_it_is, self.changed, self.extreme, self.noise, self.deep, self.aliases, self.huge,
+                      self.many_overrides, self.control]
+        self.weights = [4, 4, 6, 4, 2, 2, 1, 1, 2]
+
+    def draw(self):
+        kind = self.rng.choices(self.kinds, self.weights)[0]
+        return (kind.__name__, *kind())
+
+    def value(self):
+        return self.rng.choice(['0', '-1', '1', '1e-300', '1e300', '.inf', '.nan', '1e9', '2147483648', 'true', '~', '[]', '{}',
+                                '3 kg', '5 mph', '1e-9', '0.5', 'x' * self.rng.randrange(1, 2000), repr(self.rng.uniform(-100, 100))])
+
+    def as_it_is(self):
+        return '', ['consist[0].count=%d' % self.rng.randrange(1, 40)]
+
+    def changed(self):
+        text = list(self.good)
+        for _ in range(self.rng.randrange(1, 6)):
+            text[self.rng.randrange(len(text))] = chr(self.rng.randrange(32, 127))
+        return ''.join(text), []
+
+    def extreme(self):
+        return self.good, ['%s=%s' % (self.rng.choice(self.keys), self.value()) for _ in range(self.rng.randrange(1, 4))]
+
+    def noise(self):
+        letters = ''.join(chr(i) for i in range(1, 128)) + '\n' * 20 + ': ' * 10 + '\xe4\u20ac'
+        return ''.join(self.rng.choices(letters, k=self.rng.randrange(1, 3000))), []
+
+    def deep(self):
+        depth = self.rng.choice([10, 1000, 100000, 400000])
+        return self.rng.choice(['[', '{a: ', '- ', '? ', '!!a ', '"', '&a *a ', '- - [']) * depth, []
+
+    def aliases(self):
+        """Each line ten of the line before: a billion of the first."""
+        lines = ['a0: &a0 [x, x, x]']
+        for i in range(1, self.rng.choice([3, 12, 3000])):
+            lines.append('a%d: &a%d [%s]' % (i, i, ', '.join(['*a%d' % (i - 1)] * self.rng.choice([1, 10]))))
+        return '\n'.join(lines), []
+
+    def huge(self):
+        size = self.rng.choice([1 << 20, 11 << 20])
+        part = self.rng.choice(['a', '- x\n', 'k: {a: 1}\n', '[', '\n', self.good])
+        return part * (size // len(part)), []
+
+    def many_overrides(self):
+        return '', ['consist[0].count=5'] * self.rng.choice([100, 20000, 200000])
+
+    def control(self):
+        return 'title: "\x1b[2J\x07 \x00"\n\x1b]0;owned\x07: 1\n', ['title="\x1b[31m"', '\x1b[2J=\x1b[2J']
 
 
 class HardshipTest(unittest.TestCase):
@@ -95,6 +156,36 @@ class HardshipTest(unittest.TestCase):
         self.assertEqual(last['run_id'], 1201)
         self.assertEqual(status(node, 'Threads'), threads)
         self.assertLess(status(node, 'VmRSS') - memory, 1024, 'kB more after 1000 restarts')
+
+    def test_restarts_with_whatever_text_leave_the_node_alive_and_lean(self):
+        """RESTARTS=10000 in the environment for as many."""
+        count = int(os.environ.get('RESTARTS', '300'))
+        node = self.start_node('battered', {'rate': 0, 'start_paused': True})
+        rospy.wait_for_service('/battered/restart', LIMIT)
+        restart = rospy.ServiceProxy('/battered/restart', Restart, persistent=True)
+        with open(rospy.get_param('~scenario_file'), encoding='utf-8') as f:
+            texts = Texts(f.read(), random.Random(1))
+        self.assertTrue(restart(start_paused=True).success)
+        begin, worst, slowest, taken = status(node, 'VmRSS'), 0, 0.0, 0
+        for i in range(count):
+            kind, scenario, overrides = texts.draw()
+            asked = time.monotonic()
+            answer = restart(scenario=scenario, overrides=overrides, start_paused=True)
+            seconds = time.monotonic() - asked
+            taken += answer.success
+            self.assertIsNone(node.poll(), kind)
+            self.assertLess(len(answer.message), 5000, kind)
+            self.assertNotRegex(answer.message, '[\x00-\x08\x0b-\x1f]', kind)
+            self.assertLess(seconds, 1.0, '%s, restart %d: %s' % (kind, i, answer.message[:200]))
+            slowest = max(slowest, seconds)
+            worst = max(worst, status(node, 'VmRSS') - begin)
+            self.assertLess(worst, 64 * 1024, '%s, restart %d: kB more than at the start' % (kind, i))
+        print('%d restarts, %d of them taken: slowest answer %.3f s, at most %d kB more than at the start, %d kB at the end'
+              % (count, taken, slowest, worst, status(node, 'VmRSS') - begin), file=sys.stderr)
+        self.assertGreater(taken, count // 20)
+        self.assertGreater(count - taken, count // 3)
+        node.send_signal(signal.SIGTERM)
+        self.assertEqual(node.wait(2.0), 0)
 
     def test_it_ends_within_two_seconds_whatever_it_is_doing(self):
         long_step = 'consist[0].count=300; output.interval=10; stop.time_max=10; solver.method=semi_implicit; solver.fixed_step=1e-5'
