@@ -245,7 +245,7 @@ TEST(EventDetector, SaysWhatDerailedACarAndWhatBrokeACoupler) {
   EXPECT_TRUE(detector.observe(now, outcome, incidents).empty());
   incidents.derailments = {{1.5, 1, false, model::Cause::lateral, 0.0, 0.0},
                            {1.6, 1, true, model::Cause::pod, 0.0, 0.0}};
-  incidents.broken = {{1.7, 0, model::BrokenCoupler::By::swing}};
+  incidents.broken = {{1.7, 0, model::BrokenCoupler::By::swing, -1e5}};
   std::vector<Occurrence> found = detector.observe(now, outcome, incidents);
   ASSERT_EQ(found.size(), 2U) << "a car derails once, with its first truck";
   EXPECT_EQ(found[0].type, Event::CAR_DERAILED);
