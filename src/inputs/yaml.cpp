@@ -155,6 +155,10 @@ class Inspector final : public YAML::EventHandler {
 
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { leaf(mark, anchor); }
 
+  void OnAnchor(const YAML::Mark& mark, const std::string& name) override {
+    if (!names_.insert(name).second) refuse(mark, "", "an anchor of this name is there already: roslaunch refuses that", "each &name once");
+  }
+
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchors_.find(anchor);
     if (known == anchors_.end()) refuse(mark, "", "an alias inside of what it stands for", "anchors (&name) that end before their aliases (*name)");
@@ -236,6 +240,7 @@ class Inspector final : public YAML::EventHandler {
   std::size_t nodes_ = 0;
   std::vector<Frame> open_;
   std::map<YAML::anchor_t, Size> anchors_;
+  std::set<std::string> names_;  // of anchors
 };
 
 /// Characters that PyYAML refuses or takes for the end of a line.

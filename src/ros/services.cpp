@@ -1,5 +1,9 @@
 #include "train_derail/ros/services.hpp"
 
+#include <malloc.h>
+
+#include <memory>
+
 #include <fmt/format.h>
 #include <ros/this_node.h>
 
@@ -102,6 +106,9 @@ bool Services::step(Step::Request& request, Step::Response& response) {
 bool Services::restart(Restart::Request& request, Restart::Response& response) {
   // The run that is under way need not wait while the next one is read and built.
   const std::lock_guard<std::mutex> one_at_a_time(restart_mutex_);
+  // The tree of a long text leaves holes in the heap: they go back to the system.
+  constexpr std::size_t kLongText = 16384;
+  const std::unique_ptr<void, void (*)(void*)> give_back(request.scenario.size() > kLongText ? this : nullptr, [](void*) { malloc_trim(0); });
   ScenarioSource current;
   ask(loop_.commands(), response, [&] {
     current = loop_.source();

@@ -189,7 +189,10 @@ TEST(Frames, NumbersHaveThreeDigitsAtLeast) {
 simulation::CarSnapshot car(double x, bool past_pod, bool off_track) {
   return {x, 0.0, 0.0, 10.0, 0.0, 0.0, past_pod, off_track, 0.0, 0.0, past_pod};
 }
-simulation::CouplerSnapshot coupler(double force) { return {1.2, 0.0, force, 0.0, 0.0, 0.0, 0.0, 0.0, false}; }
+/// As at the last step: what it bears now is the largest since the last message, at `time`.
+simulation::CouplerSnapshot coupler(double force, double time = 0.0) {
+  return {1.2, 0.0, force, 0.0, 0.0, 0.0, 0.0, 0.0, false, std::max(force, 0.0), std::max(-force, 0.0), time, time};
+}
 
 TEST(EventDetector, SaysOnceWhatHappens) {
   EventDetector detector(1000.0);
@@ -226,7 +229,7 @@ TEST(EventDetector, GivesThePeakOfEachExcursion) {
   std::vector<Occurrence> found;
   const double forces[] = {0, 1500, -2500, 900, 1200, 400, 0, -1100, -300};
   for (int i = 0; i < 9; ++i) {
-    const simulation::Snapshot s{0.1 * i, {car(-5, false, false), car(-25, false, false)}, {coupler(forces[i])}};
+    const simulation::Snapshot s{0.1 * i, {car(-5, false, false), car(-25, false, false)}, {coupler(forces[i], 0.1 * i)}};
     for (const Occurrence& o : detector.observe(s, outcome, incidents)) found.push_back(o);
   }
   ASSERT_EQ(found.size(), 2U);
