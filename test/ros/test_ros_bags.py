@@ -258,22 +258,6 @@ class BagTest(unittest.TestCase):
         self.assertEqual(run('--bag', '/dev/null').returncode, 1)
         self.assertEqual(run('--bag', '-').returncode, 2)
 
-    @staticmethod
-    def long_scenario():
-        return os.path.join(rospkg.RosPack().get_path('train_derail'), 'config/accidents/lac_megantic_2013.yaml')
-
-    def test_an_interrupted_bag_is_whole(self):
-        bag = self.path('cut.bag')
-        process = subprocess.Popen([program('derail'), 'run', self.long_scenario(), '--quiet', '--bag', bag],
-                                   stderr=subprocess.PIPE, text=True)
-        self.assertTrue(wait_for(lambda: os.path.exists(bag + '.active') and os.path.getsize(bag + '.active') > 0))
-        process.send_signal(signal.SIGINT)
-        said = process.communicate(timeout=LIMIT)[1]
-        self.assertEqual(process.returncode, 130, said)
-        self.assertIn(bag, said)
-        self.assertFalse(os.path.exists(bag + '.active'))
-        self.assertIn('/train_derail/outcome', contents(bag))
-
     def test_what_cannot_be_written_is_said(self):
         process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0', 'exit_when_done:=true', 'record:=true',
                               'bag:=/nowhere/a.bag')
