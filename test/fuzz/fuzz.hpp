@@ -29,7 +29,7 @@ inline void expect_readable(const std::string& said) {
   constexpr std::size_t kLong = 4000;
   expect(!said.empty(), "a refusal without a reason");
   expect(said.size() <= kLong, "a refusal of " + std::to_string(said.size()) + " characters");
-  expect(std::none_of(said.begin(), said.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }),
+  expect(std::none_of(said.begin(), said.end(), [](unsigned char c) { return (c < 0x20 && c != '\n') || c == 0x7f; }),
          "control characters in a refusal: " + said);
 }
 
