@@ -26,7 +26,7 @@ inline void expect(bool condition, const std::string& what) {
 
 /// What is said to people: one line that can be read on a terminal.
 inline void expect_readable(const std::string& said) {
-  constexpr std::size_t kLong = 4000;
+  constexpr std::size_t kLong = 20000;
   expect(!said.empty(), "a refusal without a reason");
   expect(said.size() <= kLong, "a refusal of " + std::to_string(said.size()) + " characters");
   expect(std::none_of(said.begin(), said.end(), [](unsigned char c) { return (c < 0x20 && c != '\n') || c == 0x7f; }),
