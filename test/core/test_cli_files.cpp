@@ -205,7 +205,7 @@ TEST_F(CliFiles, ResultsOfOthersAreNoStudys) {
   for (const char* name : {"runs.csv", "summary.csv", "about.json", "rows.csv", "validation.json"}) {
     fs::create_directory(at("out"));
     put(std::string("out/") + name, "mine");
-    const Result r = derail("study " + at("one.study.yaml") + " --set stop.time_max=0.1 --out " + at("out"));
+    const Result r = derail("study " + at("one.study.yaml") + " --set stop.time_max=1 --out " + at("out"));
     EXPECT_EQ(r.code, 1) << r.out;
     EXPECT_EQ(r.out, "derail: " + at("out") + ": holds " + name + " but no study.json: not a folder of this program\n");
     EXPECT_EQ(content(at(std::string("out/") + name)), "mine");
