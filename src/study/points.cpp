@@ -281,7 +281,11 @@ inputs::Scenario scenario_of(const Study& s, const Point& point, const Run& run)
   inputs::Scenario base = s.base;
   base.initial.perturbation = s.perturbation;
   base.initial.perturbation.seed = run.seed;
-  return inputs::with_values(base, overrides);
+  inputs::Scenario scenario = inputs::with_values(base, overrides);
+  inputs::Perturbation& p = scenario.initial.perturbation;
+  // A seed of nothing is an input without effect, of which every run would warn.
+  if (p.seed == run.seed && p.spacing == 0.0 && p.yaw_rate == 0.0 && p.kick == 0.0 && p.alignment == 0.0) p.seed = 0;
+  return scenario;
 }
 
 }  // namespace train_derail::study

@@ -269,6 +269,15 @@ TEST_F(StudyTest, ReplicatesDifferOrAreRefused) {
   EXPECT_NE(totals.warnings[0].find("1 of 2 points: all runs are the same run"), std::string::npos) << totals.warnings[0];
 }
 
+// A seed without a perturbation is an input without effect: runs that need none are not warned of it.
+TEST_F(StudyTest, RunsWithoutPerturbationHaveNoSeedToBeWarnedOf) {
+  write("plain.yaml", "scenario: scenario.yaml\nplan: grid\nfactors:\n  - {key: initial.speed, values: [10 mph, 20 mph]}\n");
+  const study::Study s = read("plain.yaml");
+  EXPECT_EQ(study::scenario_of(s, study::Points(s)[0], study::run_of(s, 0)).initial.perturbation.seed, 0);
+  run(s, "out", 1);
+  EXPECT_TRUE(study::write_results(path("out"), s, 0.0).warnings.empty());
+}
+
 TEST_F(StudyTest, TheAccidentsPerturbationActsInAStudyOverIt) {
   write("accident.yaml", "scenario: " + kSource + "/config/accidents/arcadia_2011.yaml\nfactors: []\nreplicates: 5\n");
   const study::Study s = read("accident.yaml");
