@@ -269,17 +269,6 @@ std::size_t line_of(const InputError& e) {
   return static_cast<std::size_t>(std::strtoull(where.c_str() + where.rfind(':') + 1, nullptr, 10));
 }
 
-/// Several errors as one: a line each. Each of them is fit for a terminal; the line ends between them are ours.
-class ManyErrors : public InputError {
- public:
-  ManyErrors(const std::string& path, const std::string& problem, const std::string& lines)
-      : InputError(path, "", "", problem, ""), text_(std::string(InputError::what()) + lines) {}
-  const char* what() const noexcept override { return text_.c_str(); }
-
- private:
-  std::string text_;
-};
-
 }  // namespace
 
 void refuse(const std::string& path, std::size_t rows, const std::vector<InputError>& errors) {

@@ -157,7 +157,7 @@ class Validate : public ::testing::Test {
           "consist:\n"
           "  - {name: locomotive, count: 1, length: 73 ft, weight: 420 kip}\n"
           "  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip}\n"
-          "  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip}\n"
+          "  - {name: hopper, count: 1, length: 55 ft, weight: 286 kip, brake_source: remote}\n"
           "ground: {on_track_law: rails, off_track_law: by_slip}\n"
           "contact: {law: elastic}\n"
           "initial: {speed: 1, yaw_rate: 0.1}\n"
