@@ -10,7 +10,7 @@
 
 #include "inputs/checker.hpp"
 #include "inputs/tree_reader.hpp"
-#include "train_derail/files/csv.hpp"
+#include "train_derail/files/text.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/outcome/quantities.hpp"
