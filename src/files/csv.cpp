@@ -7,25 +7,11 @@
 
 #include <fmt/format.h>
 
-#include "train_derail/files/printable.hpp"
+#include "train_derail/files/text.hpp"
 
 namespace train_derail::files {
 
 namespace {
-
-/// Length of the UTF-8 character that begins here, 0 if there is none.
-std::size_t character(std::string_view text) {
-  const auto byte = [&](std::size_t k) { return k < text.size() ? static_cast<unsigned char>(text[k]) : 0U; };
-  const unsigned lead = byte(0), second = byte(1);
-  if (lead > 0 && lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
-  for (std::size_t k = 1; k < length; ++k) {
-    if ((byte(k) & 0xc0U) != 0x80) return 0;
-  }
-  const bool overlong = (lead == 0xe0 && second < 0xa0) || (lead == 0xf0 && second < 0x90);
-  const bool none = (lead == 0xed && second >= 0xa0) || (lead == 0xf4 && second >= 0x90);
-  return overlong || none ? 0 : length;
-}
 
 /// Takes rows apart, line by line.
 class Parser {
@@ -104,28 +90,6 @@ std::string csv_row(const std::vector<std::string>& fields) {
   return row;
 }
 
-std::string printable(std::string_view text, std::size_t max) {
-  std::string out;
-  while (!text.empty()) {
-    const std::size_t length = character(text);
-    const bool control = static_cast<unsigned char>(text.front()) < 0x20 || text.front() == 0x7f || text.compare(0, 1, "\xC2") == 0;
-    if (out.size() + std::max<std::size_t>(length, 1) > max) return out + "...";
-    if (length == 0 || (control && (length == 1 || static_cast<unsigned char>(text[1]) < 0xa0))) out += '?';
-    else out += text.substr(0, length);
-    text.remove_prefix(std::max<std::size_t>(length, 1));
-  }
-  return out;
-}
-
-bool is_utf8(std::string_view text) {
-  while (!text.empty()) {
-    const std::size_t length = character(text);
-    if (length == 0) return false;
-    text.remove_prefix(length);
-  }
-  return true;
-}
-
 bool csv_fields(std::string_view text, std::vector<std::string>& fields, std::string& problem) {
   Parser parser(fields);
   for (;;) {
@@ -194,7 +158,7 @@ CsvTable::CsvTable(const std::string& path) : reader_(path) {
   if (!reader_.next(names_)) throw CsvError(path, 0, "is empty");
   std::set<std::string> seen;
   for (const std::string& name : names_) {
-    if (!name.empty() && !seen.insert(name).second) throw CsvError(path, reader_.line(), fmt::format("column '{}' stands twice", printable(name)));
+    if (!name.empty() && !seen.insert(name).second) throw CsvError(path, reader_.line(), fmt::format("column '{}' stands twice", printable(name, kShownMax)));
   }
 }
 
@@ -218,7 +182,7 @@ double CsvTable::number(const std::vector<std::string>& fields, std::size_t colu
   const std::string& text = fields[column];
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) fail(fmt::format("{} = '{}': not a number", printable(names_[column]), printable(text)));
+  if (error != std::errc() || end != text.data() + text.size()) fail(fmt::format("{} = '{}': not a number", printable(names_[column], kShownMax), printable(text, kShownMax)));
   return value;
 }
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "schema.hpp"
+#include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
-#include "utf8.hpp"
 
 namespace train_derail::inputs {
 
@@ -27,8 +27,8 @@ class Checker {
     constexpr std::size_t kBytesMax = 1000;
     if (value.size() > kBytesMax) refuse(prefix_ + key, value, fmt::format("{} bytes long", value.size()), fmt::format("at most {}", kBytesMax));
     for (std::string_view rest = value; !rest.empty();) {
-      const Character c = first_character(rest);
-      if (!c.valid || (is_control(c.code) && c.code != '\n' && c.code != '\t')) {
+      const files::Character c = files::first_character(rest);
+      if (!c.valid || (files::is_control(c.code) && c.code != '\n' && c.code != '\t')) {
         refuse(prefix_ + key, value, c.valid ? "a control character" : "not UTF-8", "printable text");
       }
       rest.remove_prefix(c.bytes);

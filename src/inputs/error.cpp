@@ -2,10 +2,6 @@
 
 #include <utility>
 
-#include <fmt/format.h>
-
-#include "utf8.hpp"
-
 namespace train_derail::inputs {
 
 namespace {
@@ -28,24 +24,6 @@ std::string compose(const std::string& where, const std::string& problem, const 
 }
 
 }  // namespace
-
-std::string printable(std::string_view text, std::size_t most) {
-  std::string out;
-  for (std::size_t shown = 0; !text.empty(); ++shown) {
-    if (shown == most) return out + "...";
-    const Character c = first_character(text);
-    if (c.valid && !is_control(c.code)) {
-      out += text.substr(0, c.bytes);
-    } else if (c.code == '\n' || c.code == '\t' || c.code == '\r') {
-      out += c.code == '\n' ? "\\n" : c.code == '\t' ? "\\t" : "\\r";
-    } else {
-      out += c.valid && c.code >= 0x80 ? fmt::format("\\u{:04x}", static_cast<unsigned>(c.code))
-                                       : fmt::format("\\x{:02x}", static_cast<unsigned>(c.code));
-    }
-    text.remove_prefix(c.bytes);
-  }
-  return out;
-}
 
 InputError::InputError(std::string where, std::string key, std::string value, std::string problem, std::string allowed)
     : std::runtime_error(compose(where, key, value, problem, allowed)),

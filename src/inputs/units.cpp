@@ -16,9 +16,9 @@
 #include <udunits2.h>
 
 #include "c_locale.hpp"
+#include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/scenario.hpp"
-#include "utf8.hpp"
 
 namespace train_derail::inputs {
 
@@ -234,15 +234,15 @@ std::string checked(const Database& units, std::string_view text, std::string_vi
   bool after_name = false;  // an exponent may follow
   int open = 0;
   for (std::string_view rest = text; !rest.empty();) {
-    const Character c = first_character(rest);
-    const auto is_letter = [](const Character& x) {
+    const files::Character c = files::first_character(rest);
+    const auto is_letter = [](const files::Character& x) {
       return x.valid && ((x.code < 0x80 && (std::isalpha(static_cast<int>(x.code)) != 0 || x.code == '_' || x.code == '%')) || x.code == 0xb5 ||
                          x.code == 0x3bc || x.code == 0xb0);
     };
     if (is_letter(c)) {
       std::size_t size = 0;
       while (size < rest.size()) {
-        const Character next = first_character(rest.substr(size));
+        const files::Character next = files::first_character(rest.substr(size));
         if (!is_letter(next)) break;
         size += next.bytes;
       }

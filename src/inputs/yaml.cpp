@@ -15,7 +15,7 @@
 #include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/eventhandler.h>
 
-#include "utf8.hpp"
+#include "train_derail/files/text.hpp"
 
 namespace train_derail::inputs {
 
@@ -249,10 +249,10 @@ void check_characters(std::string_view text) {
   bool comment = false, space = true;
   if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);
   while (!text.empty()) {
-    const Character c = first_character(text);
+    const files::Character c = files::first_character(text);
     if (!c.valid) throw YamlMistake{line, "", fmt::format("a byte that is no UTF-8 (0x{:02x})", static_cast<unsigned>(c.code)), "text in UTF-8"};
     if (c.code == '\t' && !comment) throw YamlMistake{line, "", "a tab", "spaces; in quotes \\t"};
-    if (is_control(c.code) && c.code != '\n' && c.code != '\r' && c.code != '\t') {
+    if (files::is_control(c.code) && c.code != '\n' && c.code != '\r' && c.code != '\t') {
       throw YamlMistake{line, "", fmt::format("a control character (U+{:04X})", static_cast<unsigned>(c.code)), "printable characters; in quotes \\x.."};
     }
     if (c.code == '#' && space) comment = true;

@@ -16,17 +16,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kPathMax = 4096;
-constexpr std::size_t kShownMax = 200;  // characters, in messages
 
 void check_text(const std::string& where, const std::string& key, const std::string& path, const std::string& allowed) {
   if (path.empty()) throw inputs::InputError(where, key, "", "missing", allowed);
-  if (path.size() >= kPathMax) throw inputs::InputError(where, key, path.substr(0, kShownMax), "too long for a path", allowed);
+  if (path.size() >= kPathMax) throw inputs::InputError(where, key, path.substr(0, inputs::kShownMax), "too long for a path", allowed);
   const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
-  if (std::any_of(path.begin(), path.end(), control)) {
-    std::string shown = path;
-    std::replace_if(shown.begin(), shown.end(), control, '?');
-    throw inputs::InputError(where, key, shown, "holds control characters", allowed);
-  }
+  if (std::any_of(path.begin(), path.end(), control)) throw inputs::InputError(where, key, path, "holds control characters", allowed);
 }
 
 /// Empty if it cannot be told where it leads.

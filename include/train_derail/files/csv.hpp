@@ -27,9 +27,6 @@ std::string csv_field(std::string_view text);
 /// A row without its line end.
 std::string csv_row(const std::vector<std::string>& fields);
 
-/// Whether a text is UTF-8 (no surrogates, nothing overlong) without NUL.
-bool is_utf8(std::string_view text);
-
 /// The fields of one row; false if `text` is no row (quotes that do not match), `problem` then says why.
 bool csv_fields(std::string_view text, std::vector<std::string>& fields, std::string& problem);
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <cstddef>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <vector>
+
+#include "train_derail/files/text.hpp"
 
 namespace train_derail::inputs {
 
@@ -26,11 +26,7 @@ class InputError : public std::runtime_error {
   std::string where_, key_, value_, problem_, allowed_;
 };
 
-/// Characters of a value or key that messages show at most.
-inline constexpr std::size_t kShownMax = 200;
-
-/// `text` for messages and titles, on one line and without effect on a terminal: what is no printable character of valid UTF-8 is
-/// written as \n, \x1b or \u202e. Cut behind `most` characters, which "..." shows.
-std::string printable(std::string_view text, std::size_t most = std::string::npos);
+using files::kShownMax;
+using files::printable;
 
 }  // namespace train_derail::inputs
