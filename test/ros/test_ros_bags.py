@@ -10,8 +10,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
-import time
 import unittest
 import xmlrpc.client
 
@@ -25,20 +23,14 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
+import waiting
 from train_derail.msg import CarStates, CouplerForces
 
 LIMIT = 40.0  # wall seconds for anything
 
 
 def wait_for(condition, limit=LIMIT):
-    """Whether the condition came true in time; asked over and over."""
-    deadline = time.monotonic() + limit
-    pause = threading.Event()
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        pause.wait(0.02)
-    return True
+    return waiting.wait_for(condition, limit)
 
 
 def program(name):
@@ -257,6 +249,19 @@ class BagTest(unittest.TestCase):
             self.assertEqual((busy.returncode, busy.stderr.count('another process')), (1, 1), busy.stderr)
         self.assertEqual(run('--bag', '/dev/null').returncode, 1)
         self.assertEqual(run('--bag', '-').returncode, 2)
+
+    def test_an_interrupted_bag_is_whole(self):
+        bag = self.path('interrupted.bag')
+        scenario = os.path.join(rospkg.RosPack().get_path('train_derail'), 'config/accidents/lac_megantic_2013.yaml')
+        process = subprocess.Popen([program('derail'), 'run', scenario, '--quiet', '--bag', bag], stderr=subprocess.PIPE, text=True)
+        self.assertTrue(wait_for(lambda: os.path.exists(bag + '.active') and os.path.getsize(bag + '.active') > 0 or
+                                 process.poll() is not None))
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=LIMIT)[1]
+        self.assertEqual(process.returncode, 130, said)
+        self.assertIn(bag, said)
+        self.assertFalse(os.path.exists(bag + '.active'))
+        self.assertIn('/train_derail/outcome', contents(bag))
 
     def test_what_cannot_be_written_is_said(self):
         process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0', 'exit_when_done:=true', 'record:=true',

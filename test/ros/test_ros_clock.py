@@ -4,7 +4,6 @@
 import signal
 import subprocess
 import sys
-import threading
 import time
 import unittest
 
@@ -17,6 +16,7 @@ from rosgraph_msgs.msg import Clock, Log
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+import waiting
 from train_derail.msg import RunInfo
 from train_derail.srv import Restart
 
@@ -24,14 +24,7 @@ LIMIT = 30.0  # wall seconds for anything
 
 
 def wait_for(condition, limit=LIMIT):
-    """Whether the condition came true in time; asked over and over."""
-    deadline = time.monotonic() + limit
-    pause = threading.Event()
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        pause.wait(0.02)
-    return True
+    return waiting.wait_for(condition, limit)
 
 
 class ClockTest(unittest.TestCase):

@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import roslib.packages
@@ -18,6 +17,7 @@ import rospy
 import rostest
 import yaml
 
+import waiting
 from train_derail.msg import Outcome
 from train_derail.srv import Restart
 
@@ -40,11 +40,8 @@ def end(process):
 
 
 def wait_for(condition, what):
-    deadline = time.monotonic() + LIMIT
-    while not condition():
-        if time.monotonic() > deadline:
-            raise AssertionError('no ' + what)
-        time.sleep(0.02)
+    if not waiting.wait_for(condition, LIMIT):
+        raise AssertionError('no ' + what)
 
 
 def read_table(path):

@@ -19,6 +19,7 @@ import rostest
 import yaml
 from std_srvs.srv import Trigger
 
+import waiting
 from train_derail.msg import CarStates, Outcome, RunInfo
 from train_derail.srv import Restart
 
@@ -26,14 +27,7 @@ LIMIT = 20.0  # wall seconds for anything
 
 
 def wait_for(condition, limit=LIMIT):
-    """Whether the condition came true in time; asked over and over."""
-    deadline = time.monotonic() + limit
-    pause = threading.Event()
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        pause.wait(0.02)
-    return True
+    return waiting.wait_for(condition, limit)
 
 
 def free_port():
