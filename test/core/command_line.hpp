@@ -5,12 +5,9 @@
 
 #include <array>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
-#include <gtest/gtest.h>
+#include "folder.hpp"
 
 namespace train_derail::test {
 
@@ -19,10 +16,9 @@ struct Result {
   std::string out;
 };
 
-/// Runs `derail` with arguments for the shell; standard error joins standard output if `errors`.
-inline Result derail(const std::string& arguments, bool errors = true) {
+/// Runs a command of the shell.
+inline Result run(const std::string& command) {
   Result result;
-  const std::string command = std::string(TRAIN_DERAIL_CLI) + " " + arguments + (errors ? " 2>&1" : " 2>/dev/null");
   FILE* pipe = popen(command.c_str(), "r");
   std::array<char, 4096> buffer;
   for (std::size_t n; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) result.out.append(buffer.data(), n);
@@ -31,17 +27,17 @@ inline Result derail(const std::string& arguments, bool errors = true) {
   return result;
 }
 
-class Cli : public ::testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = (std::filesystem::temp_directory_path() / "derail_cli_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string at(const std::string& name) const { return (folder_ / name).string(); }
+/// Runs `derail` with arguments for the shell; standard error joins standard output if `errors`.
+inline Result derail(const std::string& arguments, bool errors = true) {
+  return run(std::string(TRAIN_DERAIL_CLI) + " " + arguments + (errors ? " 2>&1" : " 2>/dev/null"));
+}
 
-  std::filesystem::path folder_;
-};
+/// The same in a folder.
+inline Result derail_in(const std::filesystem::path& folder, const std::string& arguments) {
+  const std::string enter = "cd '" + folder.string() + "' && ";
+  return run(enter + TRAIN_DERAIL_CLI + " " + arguments + " 2>&1");
+}
+
+class Cli : public Folder {};
 
 }  // namespace train_derail::test

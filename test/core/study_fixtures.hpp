@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -11,9 +10,8 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-
+#include "command_line.hpp"
+#include "folder.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/study/journal.hpp"
 #include "train_derail/study/runner.hpp"
@@ -22,11 +20,6 @@
 
 namespace train_derail::test {
 
-inline std::string text_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 inline std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream in(text);
@@ -34,21 +27,16 @@ inline std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-class StudyFolder : public ::testing::Test {
+class StudyFolder : public Folder {
  protected:
   void SetUp() override {
-    std::string pattern = (std::filesystem::temp_directory_path() / "derail_study_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
     write("scenario.yaml",
           "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\n"
           "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 2 s}\n");
     write("study.yaml", kStudy);
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  void write(const std::string& name, const std::string& text) { std::ofstream(folder_ / name, std::ios::binary) << text; }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return at(name); }
   study::Study read(const std::string& name = "study.yaml") { return study::read_study_file(path(name)); }
   /// Of a study that is wrong, without the path.
   std::string error_of(const std::string& text) {
@@ -83,22 +71,14 @@ class StudyFolder : public ::testing::Test {
     for (const auto& entry : std::filesystem::directory_iterator(folder_ / out)) names.insert(entry.path().filename().string());
     return names;
   }
-  struct Result {
-    int code;
-    std::string out;
-  };
   /// The program itself, in the folder.
-  Result derail(const std::string& arguments) {
-    const int status = std::system(("cd " + folder_.string() + " && " + TRAIN_DERAIL_CLI + " " + arguments + " > said 2>&1").c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(folder_ / "said")};
-  }
+  Result derail(const std::string& arguments) const { return derail_in(folder_, arguments); }
 
   static constexpr const char* kStudy =
       "title: test\nscenario: scenario.yaml\nplan: one_at_a_time\nfactors:\n"
       "  - {key: initial.speed, scale: [0.5, 1.0, 1.5]}\n"
       "  - {key: ground.off_track_friction, values: [0.3, 30 %, 0.7]}\n"
       "replicates: 5\nperturbation: {spacing: 3 mm, yaw_rate: 0.01}\nseed: 7\n";
-  std::filesystem::path folder_;
 };
 
 }  // namespace train_derail::test

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "folder.hpp"
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/text.hpp"
 
@@ -16,16 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class CsvTest : public ::testing::Test {
+class CsvTest : public test::Folder {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "derail_csv_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    path_ = fs::path(pattern) / "t.csv";
-  }
-  void TearDown() override { fs::remove_all(path_.parent_path()); }
-
-  void write(const std::string& text) { std::ofstream(path_, std::ios::binary) << text; }
+  void write(const std::string& text) const { Folder::write("t.csv", text); }
   /// Line and reason, without the path.
   std::string error(const std::string& text) {
     write(text);
@@ -40,7 +34,7 @@ class CsvTest : public ::testing::Test {
     return "no error";
   }
 
-  fs::path path_;
+  const fs::path path_ = folder_ / "t.csv";
 };
 
 TEST_F(CsvTest, WhatIsWrittenIsReadBack) {

@@ -273,7 +273,7 @@ TEST_F(JournalTest, TheCommandNamesBadLines) {
   ASSERT_EQ(derail("study study.yaml --out out --quiet").code, 0);
   const std::string runs = text_of(folder_ / "out/runs.csv");
   rewrite([](std::vector<std::string>& lines) { lines[9][3] = '!'; });
-  const Result r = derail("study study.yaml --out out --resume --quiet");
+  const test::Result r = derail("study study.yaml --out out --resume --quiet");
   EXPECT_EQ(r.code, 0) << r.out;
   EXPECT_NE(r.out.find("journal.csv:10: the checksum does not fit the line; computed anew"), std::string::npos) << r.out;
   EXPECT_EQ(text_of(folder_ / "out/runs.csv"), runs);

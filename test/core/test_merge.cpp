@@ -177,7 +177,7 @@ TEST_F(MergeTest, KilledAtAnyMomentNothingIsLostAndNothingIsLeft) {
 
 TEST_F(MergeTest, TheCommandEndsWithACodeOfItsOwnIfAShardIsMissing) {
   ASSERT_EQ(derail("study study.yaml --out s1 --shard 1/2 --quiet").code, 0);
-  const Result half = derail("merge study.yaml s1 --out to --quiet");
+  const test::Result half = derail("merge study.yaml s1 --out to --quiet");
   EXPECT_EQ(half.code, 5) << half.out;
   EXPECT_NE(half.out.find("derail: to: 15 of 30 runs are missing: 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, ...; shard 2/2 is not there (15 runs)"),
             std::string::npos) << half.out;

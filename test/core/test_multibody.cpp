@@ -17,6 +17,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fixtures.hpp"
+#include "folder.hpp"
 #include "train_derail/multibody/engine.hpp"
 #include "train_derail/multibody/two_sample.hpp"
 #include "train_derail/multibody/verify.hpp"
@@ -289,30 +290,21 @@ TEST(RigidCouplers, SpringsTendToRodsAsTheyGrowStiff) {
   for (std::size_t i = 1; i < distance.size(); ++i) EXPECT_NEAR(std::log10(distance[i - 1] / distance[i]), 1.0, 0.2);
 }
 
-class VerifyCommand : public ::testing::Test {
+class VerifyCommand : public test::Folder {
  protected:
   void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "derail_verify_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
     std::ofstream(folder_ / "train.yaml") << "consist:\n  - {count: 2, length: 61.1 ft, weight: 150 kip}\n"
                                              "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 0.8 s}\n";
     std::ofstream(folder_ / "study.yaml")
         << "scenario: train.yaml\nfactors:\n  - {key: initial.speed, scale: [1.0, 1.5]}\n";
   }
-  void TearDown() override { fs::remove_all(folder_); }
   int derail(const std::string& arguments) {
     const int status = std::system(
         (std::string(TRAIN_DERAIL_CLI) + " " + arguments + " > " + (folder_ / "out").string() + " 2>&1").c_str());
-    out_ = text_of(folder_ / "out");
+    out_ = test::text_of(folder_ / "out");
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
-  static std::string text_of(const fs::path& path) {
-    std::ifstream file(path);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  static nlohmann::json json(const fs::path& path) { return nlohmann::json::parse(text_of(path)); }
-  fs::path folder_;
+  static nlohmann::json json(const fs::path& path) { return nlohmann::json::parse(test::text_of(path)); }
   std::string out_;
 };
 
@@ -325,7 +317,7 @@ TEST_F(VerifyCommand, ExitCodeIsTheVerdict) {
   EXPECT_EQ(j.at("verdict"), "agrees");
   EXPECT_EQ(j.at("ensemble").at("quantities").size(), 6U);
   EXPECT_EQ(j.at("ensemble").at("quantities")[0].at("multibody").size(), 2U);
-  const std::string rows = text_of(folder_ / "v" / "differences.csv");
+  const std::string rows = test::text_of(folder_ / "v" / "differences.csv");
   EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 1 + 2 * 81);
   EXPECT_EQ(derail("verify " + train + " --runs 1 --set solver.steps_max=5"), 4) << out_;
   EXPECT_EQ(derail("verify " + train + " --runs 0"), 2) << out_;
@@ -377,7 +369,7 @@ TEST_F(VerifyCommand, AnInterruptLeavesEarlierResultsAsTheyWere) {
   EXPECT_GE(used.tv_sec, 1);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_EQ(text_of(out / "verify.json"), "of yesterday");
+  EXPECT_EQ(test::text_of(out / "verify.json"), "of yesterday");
   EXPECT_FALSE(fs::exists(out / "differences.csv"));
 }
 

@@ -1,4 +1,5 @@
 // Files are written whole or not at all, and over nothing.
+#include "folder.hpp"
 #include "train_derail/files/output_file.hpp"
 
 #include <fcntl.h>
@@ -50,25 +51,15 @@ int status_of(const std::function<void()>& action) {
   return status;
 }
 
-class OutputFileTest : public ::testing::Test {
+class OutputFileTest : public test::Folder {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "derail_files_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string at(const std::string& name) const { return (folder_ / name).string(); }
   std::vector<std::string> names() const {
     std::vector<std::string> all;
     for (const auto& entry : fs::directory_iterator(folder_)) all.push_back(entry.path().filename().string());
     std::sort(all.begin(), all.end());
     return all;
   }
-  void put(const std::string& name, const std::string& text) const { std::ofstream(at(name)) << text; }
-
-  fs::path folder_;
+  void put(const std::string& name, const std::string& text) const { write(name, text); }
 };
 
 TEST_F(OutputFileTest, HasItsNameWhenItIsWhole) {
@@ -139,14 +130,14 @@ TEST_F(OutputFileTest, TemporariesOfTheDeadAreRemovedThoseOfTheLivingStay) {
     const int file = open(at(".train_derail-11.part").c_str(), O_WRONLY | O_CREAT, 0666);
     flock(file, LOCK_EX);
     char c = 'x';
-    if (write(lock[1], &c, 1) != 1 || read(end[0], &c, 1) != 1) _exit(1);
+    if (::write(lock[1], &c, 1) != 1 || read(end[0], &c, 1) != 1) _exit(1);
     _exit(0);
   }
   char c = 'x';
   ASSERT_EQ(read(lock[0], &c, 1), 1);
   OutputFile(at("a.csv"));
   EXPECT_EQ(names(), (std::vector<std::string>{".train_derail-11.part", ".train_derail-not"}));
-  ASSERT_EQ(write(end[1], &c, 1), 1);
+  ASSERT_EQ(::write(end[1], &c, 1), 1);
   waitpid(living, nullptr, 0);
   for (const int fd : {lock[0], lock[1], end[0], end[1]}) close(fd);
 }

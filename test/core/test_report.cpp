@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "folder.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/study/journal.hpp"
@@ -53,17 +54,13 @@ std::string flaw(const std::string& page) {
   return open.empty() ? "" : "not closed: " + open.back();
 }
 
-class ReportTest : public ::testing::Test {
+class ReportTest : public test::Folder {
  protected:
   void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "derail_report_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
     write("scenario.yaml",
           "title: \"a < b\"\nconsist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\n"
           "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 2 s}\n");
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   void write(const std::string& name, const std::string& text) {
     fs::create_directories((folder_ / name).parent_path());
@@ -93,7 +90,6 @@ class ReportTest : public ::testing::Test {
       "title: \"<script>alert('x')</script> & \\\"more\\\"\"\nplan: one_at_a_time\nfactors:\n"
       "  - {key: initial.speed, label: <b>speed</b>, scale: [0.5, 1.5]}\nreplicates: 3\n"
       "perturbation: {spacing: 3 mm}\noutcomes: [cars_past_pod, coupler_force_peak]\n";
-  fs::path folder_;
 };
 
 TEST_F(ReportTest, IsClosedInItself) {

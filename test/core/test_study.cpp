@@ -419,7 +419,7 @@ TEST_F(StudyTest, GivenTwice) {
 
 TEST_F(StudyTest, AnEnsembleByTheCommandLine) {
   write("jitter.yaml", text_of(folder_ / "scenario.yaml").insert(text_of(folder_ / "scenario.yaml").find("yaw_rate: 0.2") + 13, ", perturbation: {spacing: 3 mm, seed: 5}"));
-  const Result table = derail("run jitter.yaml --seeds 7 --csv runs.csv --json out.json --jobs 2");
+  const test::Result table = derail("run jitter.yaml --seeds 7 --csv runs.csv --json out.json --jobs 2");
   ASSERT_EQ(table.code, 0) << table.out;
   EXPECT_NE(table.out.find("7 runs, each with a seed of its own"), std::string::npos) << table.out;
   EXPECT_NE(table.out.find("kip"), std::string::npos);
@@ -437,7 +437,7 @@ TEST_F(StudyTest, AnEnsembleByTheCommandLine) {
   EXPECT_EQ(text_of(folder_ / "again.csv"), text_of(folder_ / "runs.csv"));
 
   const auto refused = [&](const std::string& arguments, const std::string& why) {
-    const Result r = derail(arguments);
+    const test::Result r = derail(arguments);
     EXPECT_EQ(r.code, 2) << arguments << r.out;
     EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
   };
@@ -445,7 +445,7 @@ TEST_F(StudyTest, AnEnsembleByTheCommandLine) {
   refused("run jitter.yaml --seeds 7 --bag x.bag", "--bag = 'x.bag': is of one run");
   refused("run jitter.yaml --seeds 1", "--seeds");
   refused("run jitter.yaml --jobs 2", "--jobs = '2': one run is computed by one thread");
-  const Result failing = derail("run jitter.yaml --seeds 3 --set solver.steps_max=20 --quiet");
+  const test::Result failing = derail("run jitter.yaml --seeds 3 --set solver.steps_max=20 --quiet");
   EXPECT_EQ(failing.code, 3) << failing.out;
   EXPECT_NE(failing.out.find("3 of 3 runs failed, the first: "), std::string::npos) << failing.out;
 }

@@ -18,6 +18,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "command_line.hpp"
+#include "folder.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/validation/validation.hpp"
@@ -30,11 +32,6 @@ using validation::Accident;
 
 const std::string kSource = TRAIN_DERAIL_SOURCE_DIR;
 constexpr double kShortTon = 2000.0 * inputs::kPoundForce;
-
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// Locomotives, hoppers, and a tank car that stands for the last car.
 inputs::Scenario base() {
@@ -147,12 +144,9 @@ TEST(Rows, LocomotivesAreCountedApart) {
 }
 
 /// Short, quick trains; no run of them lasts longer than 1.5 s of simulated time.
-class Validate : public ::testing::Test {
+class Validate : public test::Folder {
  protected:
   void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "derail_validate_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
     write("scenario.yaml",
           "consist:\n"
           "  - {name: locomotive, count: 1, length: 73 ft, weight: 420 kip}\n"
@@ -166,10 +160,8 @@ class Validate : public ::testing::Test {
     write("study.yaml", kStudy);
     write("table.csv", kTable);
   }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
+    Folder::write(name, text);
     return folder_ / name;
   }
   study::Study study(const std::string& text = kStudy) {
@@ -187,19 +179,9 @@ class Validate : public ::testing::Test {
     return "";
   }
 
-  struct Result {
-    int code;
-    std::string out;
-  };
-  Result derail(const std::string& arguments) {
-    const fs::path log = folder_ / "said";
-    const std::string in = "cd " + folder_.string() + " && " + TRAIN_DERAIL_CLI + " " + arguments + " > said 2>&1";
-    const int status = std::system(in.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(log)};
-  }
+  test::Result derail(const std::string& arguments) const { return test::derail_in(folder_, arguments); }
 
   static const std::string kStudy, kTable;
-  fs::path folder_;
   int runs_ = 0;
 };
 
@@ -353,7 +335,7 @@ TEST_F(Validate, RowsOutsideOfTheFittedClassAreTold) {
     const std::string head = kTable.substr(0, kTable.find('\n')) + ",cause,empty\n";
     write("study.yaml", study);
     write("table.csv", head + rows);
-    const Result r = derail("validate table.csv --study study.yaml --out out" + std::to_string(++runs_));
+    const test::Result r = derail("validate table.csv --study study.yaml --out out" + std::to_string(++runs_));
     EXPECT_EQ(r.code, 0) << r.out;
     return r.out;
   };
@@ -367,14 +349,14 @@ TEST_F(Validate, RowsOutsideOfTheFittedClassAreTold) {
   EXPECT_NE(said.find("empty_cars 3 (fitted: 0 to 2); cause H307"), std::string::npos) << said;
   EXPECT_NE(said.find("inside of the fitted class (1 rows)"), std::string::npos) << said;
   EXPECT_NE(said.find("outside of the fitted class (2 rows)"), std::string::npos) << said;
-  const auto j = nlohmann::json::parse(text_of(folder_ / "out2" / "validation.json"));
+  const auto j = nlohmann::json::parse(test::text_of(folder_ / "out2" / "validation.json"));
   EXPECT_EQ(j.at("outside"), 2);
   int of_class = 0;
   for (const auto& warning : j.at("warnings")) of_class += warning.get<std::string>().find("fitted") != std::string::npos ? 1 : 0;
   EXPECT_EQ(of_class, 3);
   EXPECT_EQ(j.at("groups").at(1).at("name"), "inside of the fitted class");
   EXPECT_EQ(j.at("groups").at(2).at("rows"), 2);
-  const std::string rows = text_of(folder_ / "out2" / "rows.csv");
+  const std::string rows = test::text_of(folder_ / "out2" / "rows.csv");
   EXPECT_NE(rows.find(",outside,"), std::string::npos);
   EXPECT_NE(rows.find(",tons_per_car 130 (fitted: 132 to 150),"), std::string::npos) << rows;
 
@@ -529,21 +511,21 @@ TEST_F(Validate, EvaluatesWhatTheMembersSay) {
 }
 
 TEST_F(Validate, TheCommandLeavesTablesAndScores) {
-  const Result r = derail("validate table.csv --study study.yaml --members 2 --min-speed '20 mph' --out results --jobs 2");
+  const test::Result r = derail("validate table.csv --study study.yaml --members 2 --min-speed '20 mph' --out results --jobs 2");
   ASSERT_EQ(r.code, 0) << r.out;
   EXPECT_NE(r.out.find("2 accidents, 2 members each"), std::string::npos) << r.out;
   EXPECT_NE(r.out.find("straight line in speed, left out"), std::string::npos) << r.out;
   const auto lines = [&](const char* name) {
-    const std::string text = text_of(folder_ / "results" / name);
+    const std::string text = test::text_of(folder_ / "results" / name);
     return std::count(text.begin(), text.end(), '\n');
   };
   EXPECT_EQ(lines("rows.csv"), 3);
   EXPECT_EQ(lines("members.csv"), 5);
-  const std::string rows = text_of(folder_ / "results/rows.csv");
+  const std::string rows = test::text_of(folder_ / "results/rows.csv");
   EXPECT_NE(rows.find("\n2,ONE,31,6,"), std::string::npos) << rows;
   EXPECT_NE(rows.find("\n4,THREE,"), std::string::npos) << rows;
-  EXPECT_EQ(nlohmann::json::parse(text_of(folder_ / "results/validation.json")).at("members"), 2);
-  const auto about = nlohmann::json::parse(text_of(folder_ / "results/about.json"));
+  EXPECT_EQ(nlohmann::json::parse(test::text_of(folder_ / "results/validation.json")).at("members"), 2);
+  const auto about = nlohmann::json::parse(test::text_of(folder_ / "results/about.json"));
   EXPECT_EQ(about.at("runs"), 4);
   EXPECT_EQ(about.at("study").at("samples"), 2);
   EXPECT_DOUBLE_EQ(about.at("study").at("perturbation").at("kick"), inputs::kFoot);
@@ -551,7 +533,7 @@ TEST_F(Validate, TheCommandLeavesTablesAndScores) {
 
 TEST_F(Validate, TheCommandRefusesWhatIsWrong) {
   const auto refused = [&](const std::string& arguments, const std::string& why) {
-    const Result r = derail("validate " + arguments);
+    const test::Result r = derail("validate " + arguments);
     EXPECT_EQ(r.code, 2) << r.out;
     EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
   };
@@ -564,7 +546,7 @@ TEST_F(Validate, TheCommandRefusesWhatIsWrong) {
   EXPECT_FALSE(fs::exists(folder_ / "table.validated"));
   ASSERT_EQ(derail("validate table.csv --study study.yaml --out results --quiet").code, 0);
   const auto in_use = [&](const std::string& arguments, const std::string& why) {
-    const Result r = derail("validate table.csv --study study.yaml --out results " + arguments);
+    const test::Result r = derail("validate table.csv --study study.yaml --out results " + arguments);
     EXPECT_EQ(r.code, 1) << r.out;
     EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
   };
@@ -579,7 +561,7 @@ TEST_F(Validate, GoesOnAfterAKillWithTheSameResults) {
   ASSERT_EQ(derail("validate table.csv --study study.yaml --out whole --jobs 1 --quiet").code, 0);
   const fs::path journal = folder_ / "killed/journal.csv";
   const auto on_disk = [&] {
-    const std::string text = text_of(journal);
+    const std::string text = test::text_of(journal);
     return std::count(text.begin(), text.end(), '\n');
   };
   const pid_t child = fork();
@@ -598,10 +580,10 @@ TEST_F(Validate, GoesOnAfterAKillWithTheSameResults) {
   ASSERT_LT(on_disk(), 91);
   EXPECT_FALSE(fs::exists(folder_ / "killed/rows.csv"));
   std::ofstream(journal, std::ios::app) << "60,2";  // torn
-  const Result resumed = derail("validate table.csv --study study.yaml --out killed --resume --jobs 2");
+  const test::Result resumed = derail("validate table.csv --study study.yaml --out killed --resume --jobs 2");
   ASSERT_EQ(resumed.code, 0) << resumed.out;
   for (const char* name : {"rows.csv", "members.csv", "validation.json"}) {
-    EXPECT_EQ(text_of(folder_ / "killed" / name), text_of(folder_ / "whole" / name)) << name;
+    EXPECT_EQ(test::text_of(folder_ / "killed" / name), test::text_of(folder_ / "whole" / name)) << name;
   }
   EXPECT_EQ(derail("validate table.csv --study study.yaml --out killed --resume --quiet").code, 0) << "nothing is missing";
 }
@@ -609,15 +591,15 @@ TEST_F(Validate, GoesOnAfterAKillWithTheSameResults) {
 TEST_F(Validate, WhatWasChangedInTheJournalIsComputedAnew) {
   ASSERT_EQ(derail("validate table.csv --study study.yaml --out whole --quiet").code, 0);
   fs::copy(folder_ / "whole", folder_ / "bad", fs::copy_options::recursive);
-  std::string text = text_of(folder_ / "bad/journal.csv");
+  std::string text = test::text_of(folder_ / "bad/journal.csv");
   const std::size_t line = text.find('\n', text.find('\n') + 1) + 1;  // the third
   text[text.find(',', line) - 1] ^= 1;
   std::ofstream(folder_ / "bad/journal.csv", std::ios::binary) << text;
-  const Result r = derail("validate table.csv --study study.yaml --out bad --resume --quiet");
+  const test::Result r = derail("validate table.csv --study study.yaml --out bad --resume --quiet");
   EXPECT_EQ(r.code, 0) << r.out;
   EXPECT_NE(r.out.find("journal.csv:3: the checksum does not fit the line; computed anew"), std::string::npos) << r.out;
-  for (const char* name : {"rows.csv", "members.csv", "validation.json"}) EXPECT_EQ(text_of(folder_ / "bad" / name), text_of(folder_ / "whole" / name)) << name;
-  EXPECT_EQ(text_of(folder_ / "whole/members.csv").find("line,member,seed,rails.derail_ratio,ground.in_line_friction,derailed_without_locomotives,"), 0U);
+  for (const char* name : {"rows.csv", "members.csv", "validation.json"}) EXPECT_EQ(test::text_of(folder_ / "bad" / name), test::text_of(folder_ / "whole" / name)) << name;
+  EXPECT_EQ(test::text_of(folder_ / "whole/members.csv").find("line,member,seed,rails.derail_ratio,ground.in_line_friction,derailed_without_locomotives,"), 0U);
 }
 
 TEST_F(Validate, MembersThatCannotDifferAreRefused) {
