@@ -8,6 +8,7 @@
 
 #include "inputs/schema.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/units.hpp"
 
@@ -113,6 +114,7 @@ InputTable make_input_table(const inputs::Scenario& scenario) {
   InputTable table;
   Lister lister(table, "");
   inputs::describe(lister, scenario);
+  for (const inputs::KeyValue& v : inputs::key_values(scenario)) table.at(v.key).acts_with = v.acts_with;
   return table;
 }
 

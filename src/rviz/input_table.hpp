@@ -20,6 +20,7 @@ struct InputItem {
   std::string value;                 // with `unit`
   std::string value_si;              // with the SI unit; empty if `unit` is that or there is none
   std::string exact;                 // every digit, to compare
+  std::string acts_with;             // if the value has no effect in this scenario: what it would have one with; empty if it acts
 };
 
 /// Every key of a scenario that has a value in it.

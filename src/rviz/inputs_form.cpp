@@ -180,6 +180,9 @@ QString InputsForm::show_run(const std::string& yaml) {
       row.si->setText(QString::fromStdString(item.value_si));
     }
     if (row.key.rfind("consist[0]", 0) == 0) row.label->setText(row.title + block);
+    // What has no effect is not offered; what somebody has typed is not hidden from him.
+    const bool shown = item.acts_with.empty() || !row.typed.empty();
+    for (QWidget* widget : {static_cast<QWidget*>(row.label), row.editor(), static_cast<QWidget*>(row.si)}) widget->setVisible(shown);
     decorate(row);
   }
   Q_EMIT changed();

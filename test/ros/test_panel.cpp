@@ -457,6 +457,17 @@ TEST_F(Panel, NamesTheBlockThatItsInputsBelongTo) {
       << label_of("input:consist[0].weight");
 }
 
+TEST_F(Panel, OffersOnlyInputsThatAct) {
+  start_node_and_wait();
+  EXPECT_TRUE(edit("input:ground.on_track_friction")->isVisible());
+  // With air brakes the friction on the track acts on nothing.
+  std::ifstream file(TRAIN_DERAIL_SOURCE_DIR "/config/accident.yaml");
+  const std::string accident((std::istreambuf_iterator<char>(file)), {});
+  ASSERT_TRUE(NodeClient(kNode).restart({}, true, accident).success);
+  EXPECT_TRUE(wait_in_rviz([&] { return !edit("input:ground.on_track_friction")->isVisible(); }));
+  EXPECT_TRUE(edit("input:initial.speed")->isVisible());
+}
+
 TEST_F(Panel, SaysWhyInputsCannotBeShownAndSendsNoneWithoutAUnit) {
   ros::NodeHandle handle;
   int restarts = 0;
