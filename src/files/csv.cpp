@@ -1,12 +1,12 @@
 #include "train_derail/files/csv.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <set>
 
 #include <fmt/format.h>
 
+#include "train_derail/files/number.hpp"
 #include "train_derail/files/text.hpp"
 
 namespace train_derail::files {
@@ -180,10 +180,9 @@ void CsvTable::fail(const std::string& problem) const { throw CsvError(reader_.p
 
 double CsvTable::number(const std::vector<std::string>& fields, std::size_t column) const {
   const std::string& text = fields[column];
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) fail(fmt::format("{} = '{}': not a number", printable(names_[column], kShownMax), printable(text, kShownMax)));
-  return value;
+  const auto value = files::number<double>(text);
+  if (!value) fail(fmt::format("{} = '{}': not a number", printable(names_[column], kShownMax), printable(text, kShownMax)));
+  return *value;
 }
 
 }  // namespace train_derail::files

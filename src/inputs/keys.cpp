@@ -1,9 +1,9 @@
 #include "train_derail/inputs/keys.hpp"
 
-#include <charconv>
 #include <cstring>
 
 #include "schema.hpp"
+#include "train_derail/files/number.hpp"
 #include "train_derail/inputs/error.hpp"
 
 namespace train_derail::inputs {
@@ -117,10 +117,9 @@ class Setter {
   template <class N>
   void parse(N& value, const char* problem, const std::string& allowed) {
     const std::string& text = wanted_.value;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) {
-      throw InputError("scenario", wanted_.key, text, problem, allowed);
-    }
+    const auto parsed = files::number<N>(text);
+    if (!parsed) throw InputError("scenario", wanted_.key, text, problem, allowed);
+    value = *parsed;
   }
 
   const Override& wanted_;

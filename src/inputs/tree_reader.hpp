@@ -1,7 +1,6 @@
 // Reads YAML maps into described structs (schema.hpp): scenarios, studies.
 #pragma once
 
-#include <charconv>
 #include <map>
 #include <set>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/files/number.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "yaml.hpp"
@@ -89,10 +89,9 @@ class TreeReader {
     if (!n) return;
     std::string text = scalar(key, n, allowed);
     if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.erase(0, 1);
-    I parsed{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), parsed);
-    if (error != std::errc() || end != text.data() + text.size()) fail(key, n, "not a whole number", allowed);
-    value = parsed;
+    const auto parsed = files::number<I>(text);
+    if (!parsed) fail(key, n, "not a whole number", allowed);
+    value = *parsed;
   }
 
   template <class E, class N>

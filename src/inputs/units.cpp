@@ -401,7 +401,7 @@ double from_si(double value, const std::string& si_unit, const std::string& unit
   const CLocale c_locale;
   Database& units = Database::instance();
   const std::lock_guard<std::mutex> lock(units.mutex);
-  const Unit from = units.parse(si_unit), to = units.parse(unit);
+  const Unit from = units.parse(si_unit), to = units.parse(checked(units, unit, si_unit));
   if (!from) refuse("unknown unit " + quoted(si_unit));
   if (!to) refuse("unknown unit " + quoted(unit));
   if (!Database::convertible(from, to)) refuse(fmt::format("wrong dimension: '{}' cannot be converted to {}", si_unit, quoted(unit)));

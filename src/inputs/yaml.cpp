@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -16,6 +15,7 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include "train_derail/files/text.hpp"
+#include "train_derail/files/number.hpp"
 
 namespace train_derail::inputs {
 
@@ -138,9 +138,7 @@ Resolved resolve(std::string_view s) {
 /// The largest whole number that XML-RPC, and so roslaunch, hands over.
 bool fits_xml_rpc(std::string_view decimal) {
   if (decimal[0] == '+') decimal.remove_prefix(1);
-  std::int32_t value = 0;
-  const auto [end, error] = std::from_chars(decimal.data(), decimal.data() + decimal.size(), value);
-  return error == std::errc() && end == decimal.data() + decimal.size();
+  return files::number<std::int32_t>(decimal).has_value();
 }
 
 /// Counts and judges what the parser meets, before a tree is built of it.

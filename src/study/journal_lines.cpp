@@ -1,13 +1,13 @@
 #include "study/journal_lines.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 #include <fmt/format.h>
 
 #include "study/checksum.hpp"
 #include "study/results_folder.hpp"
 #include "train_derail/files/csv.hpp"
+#include "train_derail/files/number.hpp"
 #include "train_derail/files/output_file.hpp"
 #include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -92,16 +92,11 @@ std::string_view outcome_part(std::string_view line) {
 }
 
 std::string flaw_of_count(const std::string& column, const std::string& text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc() && end == text.data() + text.size() && value >= 0;
-  return whole ? "" : fmt::format("{} = '{}': not a whole number from 0 on", column, files::printable(text, files::kShownMax));
+  return files::number<std::int64_t>(text).value_or(-1) >= 0 ? "" : fmt::format("{} = '{}': not a whole number from 0 on", column, files::printable(text, files::kShownMax));
 }
 
 std::string flaw_of_number(const std::string& column, const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() ? "" : fmt::format("{} = '{}': not a number", column, files::printable(text, files::kShownMax));
+  return files::number<double>(text) ? "" : fmt::format("{} = '{}': not a number", column, files::printable(text, files::kShownMax));
 }
 
 std::string flaw_of_ended(const std::string& text) {

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/files/number.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/study/study.hpp"
 
@@ -175,7 +176,7 @@ Point Points::operator[](std::int64_t i) const {
   for (std::size_t f = 0; f < d; ++f) {
     const bool of_b = plan_ == Plan::saltelli && (kind == 1 || kind == f + 2);
     std::string value = value_at(factors_[f], places_[sample * dimension_ + f + (of_b ? d : 0)]);
-    if (whole_[f]) value = fmt::format("{}", std::llround(std::stod(value)));  // counts of cars have nothing in between
+    if (whole_[f]) value = fmt::format("{}", std::llround(files::number<double>(value).value()));  // counts of cars have nothing in between
     p.values.push_back(std::move(value));
   }
   return p;

@@ -18,6 +18,7 @@
 #include "study/html.hpp"
 #include "study/json_file.hpp"
 #include "train_derail/files/csv.hpp"
+#include "train_derail/files/number.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/outcome/outcome.hpp"
 #include "train_derail/outcome/report.hpp"
@@ -46,7 +47,7 @@ struct Number {
   bool numeric;
   double per_shown;
 
-  double shown(const std::string& si) const { return std::strtod(si.c_str(), nullptr) / per_shown; }
+  double shown(const std::string& si) const { return files::number<double>(si).value_or(std::nan("")) / per_shown; }
   std::string number(const std::string& si) const { return digits(shown(si)); }
   std::string text(const std::string& si) const {
     return !numeric ? si : shown_unit.empty() ? number(si) : number(si) + kSpace + shown_unit;
@@ -276,7 +277,7 @@ std::string sobol_table(const Results& r) {
   std::vector<Row> rows;
   for (const Row& row : t.rows) {
     const auto index = [&](const std::string& kind) {
-      const auto at = [&](const char* end) { return std::strtod(row[t.column(kind + end)].c_str(), nullptr); };
+      const auto at = [&](const char* end) { return files::number<double>(row[t.column(kind + end)]).value_or(std::nan("")); };
       return fmt::format("{:.3f} ({:.3f}{}{:.3f})", at(""), at("_low"), kTo, at("_high"));
     };
     rows.push_back({title(r.outcomes, row[t.column("outcome")]), title(r.factors, row[t.column("factor")]),

@@ -10,6 +10,7 @@
 
 #include "inputs/checker.hpp"
 #include "inputs/tree_reader.hpp"
+#include "train_derail/files/number.hpp"
 #include "train_derail/files/text.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/writer.hpp"
@@ -93,7 +94,7 @@ std::string si_text(const YAML::Node& tree, const inputs::KeyValue& now, const s
 }
 
 /// Of a KeyValue that is a number.
-double number_of(const std::string& si) { return si == ".inf" ? inputs::kInfinity : std::stod(si); }
+double number_of(const std::string& si) { return si == ".inf" ? inputs::kInfinity : files::number<double>(si).value(); }
 
 /// An SI number for people: "30 mph".
 std::string shown(const inputs::KeyValue& key, double si) {
@@ -143,7 +144,7 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
     if (now.value == ".inf") throw InputError(where, entry.key, now.value, "the base value is infinite, cannot be scaled", "values: [...]");
     double scaled = 0.0;
     try {
-      scaled = inputs::to_si(text, "1") * std::stod(now.value);
+      scaled = inputs::to_si(text, "1") * number_of(now.value);
     } catch (const std::invalid_argument& e) {
       throw InputError(where, entry.key, text, e.what(), "a number");
     }

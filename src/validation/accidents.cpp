@@ -1,7 +1,6 @@
 #include "train_derail/validation/accidents.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <initializer_list>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "train_derail/files/csv.hpp"
+#include "train_derail/files/number.hpp"
 #include "train_derail/inputs/error.hpp"
 
 namespace train_derail::validation {
@@ -99,11 +99,9 @@ class RowReader {
   template <class T, class Fits>
   T number(const std::string& column, const std::string& allowed, T otherwise, Fits fits) const {
     const std::string& written = text(column);
-    T value{};
-    const auto [end, error] = std::from_chars(written.data(), written.data() + written.size(), value);
-    if (error == std::errc() && end == written.data() + written.size() && fits(value)) return value;
-    const bool is_number = error == std::errc() && end == written.data() + written.size();
-    wrong(column, written, is_number ? "out of range" : "not a number of this kind", allowed);
+    const auto value = files::number<T>(written);
+    if (value && fits(*value)) return *value;
+    wrong(column, written, value ? "out of range" : "not a number of this kind", allowed);
     return otherwise;
   }
 
