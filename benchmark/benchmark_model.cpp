@@ -1,5 +1,5 @@
-// Cost of the right-hand side, of a step of the integrator, of monitoring and of whole runs, over the length of the train; of
-// whole runs side by side on several threads as well.
+// Cost of the right-hand side, of a step of the integrator, of monitoring and of whole runs, over the length of the
+// train; of whole runs side by side on several threads as well.
 #include <benchmark/benchmark.h>
 
 #include "train_derail/inputs/reader.hpp"
@@ -34,9 +34,8 @@ void right_hand_side(benchmark::State& state, const std::string& instruction_set
     benchmark::DoNotOptimize(rate.data());
     benchmark::ClobberMemory();
   }
-  state.counters["per car"] = benchmark::Counter(static_cast<double>(state.range(0)),
-                                                 benchmark::Counter::kIsIterationInvariantRate |
-                                                     benchmark::Counter::kInvert);
+  state.counters["per car"] = benchmark::Counter(
+      static_cast<double>(state.range(0)), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void gaps(benchmark::State& state) {
@@ -87,8 +86,8 @@ void whole_run(benchmark::State& state) {
     simulation.run();
     steps += static_cast<double>(simulation.outcome().solver.steps);
   }
-  state.counters["per car and step"] =
-      benchmark::Counter(steps * static_cast<double>(state.range(0)), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["per car and step"] = benchmark::Counter(steps * static_cast<double>(state.range(0)),
+                                                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 }  // namespace
@@ -97,9 +96,8 @@ BENCHMARK(gaps)->Arg(60)->Arg(1000);
 BENCHMARK(monitor_sample)->Arg(60)->Arg(1000);
 BENCHMARK(monitor_step)->Arg(60)->Arg(1000);
 BENCHMARK(step)->Arg(60)->Arg(1000)->Iterations(3000);
-BENCHMARK(whole_run)
-    ->Arg(10)->Arg(60)->Arg(100)->Arg(300)->Arg(1000)
-    ->ThreadRange(1, 2)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(whole_run)->Arg(10)->Arg(60)->Arg(100)->Arg(300)->Arg(1000)->ThreadRange(1, 2)->UseRealTime()->Unit(
+    benchmark::kMillisecond);
 
 int main(int argc, char** argv) {
   for (const std::string& name : model::DerailmentModel::instruction_sets(60)) {

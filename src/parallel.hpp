@@ -17,15 +17,16 @@ namespace train_derail {
 /// Cores that this process may use.
 inline int cores() {
   cpu_set_t set;
-  return sched_getaffinity(0, sizeof set, &set) == 0 ? std::max(CPU_COUNT(&set), 1)
-                                                     : static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
+  return sched_getaffinity(0, sizeof set, &set) == 0
+             ? std::max(CPU_COUNT(&set), 1)
+             : static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
 }
 
 /// Most threads that are of any use; what is asked for beyond is not started.
 inline int jobs_max() { return 4 * cores(); }
 
-/// Calls each(i) for every i below `count`, on `jobs` threads (0: one a core), this one among them. Where the system gives no more
-/// threads, those that are there do it. An exception of each() ends all and is thrown here.
+/// Calls each(i) for every i below `count`, on `jobs` threads (0: one a core), this one among them. Where the system
+/// gives no more threads, those that are there do it. An exception of each() ends all and is thrown here.
 template <class Each>
 void for_each_run(std::size_t count, int jobs, const Each& each) {
   const int wanted = std::min(jobs > 0 ? jobs : cores(), jobs_max());

@@ -1,4 +1,5 @@
-// For loops that the compiler is to vectorise once for each of the instruction sets; the processor at hand chooses among them.
+// For loops that the compiler is to vectorise once for each of the instruction sets; the processor at hand chooses
+// among them.
 #pragma once
 
 #ifdef TRAIN_DERAIL_X86

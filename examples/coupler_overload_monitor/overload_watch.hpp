@@ -17,10 +17,11 @@ struct Peaks {
 
 /// One coupler in one direction, from point to point of the grid of simulated time.
 struct Load {
-  std::size_t points_above = 0;  // points of the grid up to which, from the one before, the force has been above the threshold
-  double first_time = 0.0;       // the first of them [s]
-  double peak = 0.0;             // largest magnitude, also between points [N]
-  double peak_time = 0.0;        // of the point after it [s]
+  std::size_t points_above =
+      0;  // points of the grid up to which, from the one before, the force has been above the threshold
+  double first_time = 0.0;  // the first of them [s]
+  double peak = 0.0;        // largest magnitude, also between points [N]
+  double peak_time = 0.0;   // of the point after it [s]
 };
 
 struct CouplerLoads {
@@ -54,8 +55,8 @@ class OverloadWatch {
   /// What is known of a run: spacing of its grid, and the time of its last point once it has ended [s].
   void run_info(std::uint32_t run_id, double interval, std::optional<double> end);
 
-  /// Peaks of all couplers up to one point of the grid. A point seen before is passed over; another run, or an earlier time,
-  /// begins anew. True if a coupler is above in one direction for the first time in the run.
+  /// Peaks of all couplers up to one point of the grid. A point seen before is passed over; another run, or an earlier
+  /// time, begins anew. True if a coupler is above in one direction for the first time in the run.
   bool observe(std::uint32_t run_id, double time, const std::vector<Peaks>& peaks);
 
   /// Runs that are over, oldest first, each given once.

@@ -3,8 +3,9 @@
 
 namespace train_derail {
 
-/// With -D_GLIBCXX_DEBUG the containers of the standard library have another layout. The library defines one of these two: a
-/// program that is compiled the other way cannot be linked, where it would have crashed. Cure: the macro for both, or for neither.
+/// With -D_GLIBCXX_DEBUG the containers of the standard library have another layout. The library defines one of these
+/// two: a program that is compiled the other way cannot be linked, where it would have crashed. Cure: the macro for
+/// both, or for neither.
 extern const bool compiled_with_GLIBCXX_DEBUG, compiled_without_GLIBCXX_DEBUG;
 
 namespace {

@@ -26,7 +26,11 @@ class RecordedRun final : public BagOutput {
 
   std::string close(const simulation::Simulation& simulation, const outcome::Outcome& outcome) override {
     const bool failed = outcome.ended == outcome::Ended::integration_failed, interrupted = !simulation.ended();
-    stream_.end_run(simulation, outcome, {failed ? RunInfo::FAILED : interrupted ? RunInfo::PAUSED : RunInfo::ENDED, 0.0});
+    stream_.end_run(simulation, outcome,
+                    {failed        ? RunInfo::FAILED
+                     : interrupted ? RunInfo::PAUSED
+                                   : RunInfo::ENDED,
+                     0.0});
     closed_ = true;
     bag_.close();
     check();
@@ -48,6 +52,7 @@ class RecordedRun final : public BagOutput {
 }  // namespace train_derail::apps
 
 extern "C" train_derail::apps::BagOutput* train_derail_open_bag(
-    const std::string& path, train_derail::files::Existing existing, const train_derail::simulation::Simulation& simulation) {
+    const std::string& path, train_derail::files::Existing existing,
+    const train_derail::simulation::Simulation& simulation) {
   return new train_derail::apps::RecordedRun(path, existing, simulation);
 }

@@ -6,7 +6,8 @@
 
 namespace train_derail::apps {
 
-std::unique_ptr<BagOutput> open_bag(const std::string& path, files::Existing existing, const simulation::Simulation& simulation) {
+std::unique_ptr<BagOutput> open_bag(const std::string& path, files::Existing existing,
+                                    const simulation::Simulation& simulation) {
   // Never closed: objects of the module live until the process ends.
   void* module = dlopen(kBagModule, RTLD_NOW | RTLD_LOCAL);
   void* function = module == nullptr ? nullptr : dlsym(module, kBagFunction);

@@ -21,11 +21,13 @@ class BagOutput {
 
 /// The simulation must be at time 0. Throws std::runtime_error if the file cannot be written or this build has no ROS,
 /// files::ExistsError.
-std::unique_ptr<BagOutput> open_bag(const std::string& path, files::Existing existing, const simulation::Simulation& simulation);
+std::unique_ptr<BagOutput> open_bag(const std::string& path, files::Existing existing,
+                                    const simulation::Simulation& simulation);
 
 /// Name and type of the function that the module libtrain_derail_bag.so offers.
 inline constexpr char kBagModule[] = "libtrain_derail_bag.so";
 inline constexpr char kBagFunction[] = "train_derail_open_bag";
-using OpenBag = BagOutput* (*)(const std::string& path, files::Existing existing, const simulation::Simulation& simulation);
+using OpenBag = BagOutput* (*)(const std::string& path, files::Existing existing,
+                               const simulation::Simulation& simulation);
 
 }  // namespace train_derail::apps

@@ -8,8 +8,8 @@
 #include <memory>
 #include <optional>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "bag_output.hpp"
 #include "ensemble.hpp"
@@ -109,7 +109,8 @@ class Outputs {
   }
   /// Nothing else may be printed then.
   bool on_standard_output() const {
-    return std::any_of(paths_.begin(), paths_.end(), [](const std::string& path) { return files::same_file(path, "-"); });
+    return std::any_of(paths_.begin(), paths_.end(),
+                       [](const std::string& path) { return files::same_file(path, "-"); });
   }
 
  private:
@@ -129,11 +130,15 @@ int run(const Arguments& a) {
   const inputs::Scenario scenario = read(a);
   if (a.seeds > 0) {
     for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents)}) {
-      if (value) throw inputs::InputError("command line", option, *value, "is of one run; --seeds asks for many", "one of the two");
+      if (value)
+        throw inputs::InputError("command line", option, *value, "is of one run; --seeds asks for many",
+                                 "one of the two");
     }
     return apps::run_ensemble(scenario, {a.file, a.csv, a.json, a.seeds, a.jobs, a.force, a.quiet});
   }
-  if (a.jobs > 0) throw inputs::InputError("command line", "--jobs", std::to_string(a.jobs), "one run is computed by one thread", "with --seeds");
+  if (a.jobs > 0)
+    throw inputs::InputError("command line", "--jobs", std::to_string(a.jobs), "one run is computed by one thread",
+                             "with --seeds");
   Outputs outputs(a);
   simulation::Simulation simulation(scenario);
   outputs.start(a, simulation);
@@ -153,19 +158,22 @@ int run(const Arguments& a) {
   const bool interrupted = !simulation.ended();
   if (interrupted) {
     outcome.message = "interrupted";
-    outcome.warnings.push_back(fmt::format("interrupted at {:.2f} s: numbers are those of the run so far", simulation.time()));
+    outcome.warnings.push_back(
+        fmt::format("interrupted at {:.2f} s: numbers are those of the run so far", simulation.time()));
   }
   const std::vector<std::string> written = outputs.finish(simulation, outcome);
   if (!a.quiet && !outputs.on_standard_output()) {
-    std::cout << inputs::printable(scenario.title.empty() ? a.file : scenario.title) << "\n" << outcome::to_table(outcome);
+    std::cout << inputs::printable(scenario.title.empty() ? a.file : scenario.title) << "\n"
+              << outcome::to_table(outcome);
   }
   if (outcome.ended == outcome::Ended::integration_failed) {
     std::cerr << "derail: integration failed: " << outcome.message << "\n";
     return kIntegrationFailed;
   }
   if (interrupted) {
-    std::cerr << fmt::format("derail: interrupted at {:.2f} s; written up to there: {}\n", simulation.time(),
-                             written.empty() ? "no files, as none were asked for" : fmt::format("{}", fmt::join(written, ", ")));
+    std::cerr << fmt::format(
+        "derail: interrupted at {:.2f} s; written up to there: {}\n", simulation.time(),
+        written.empty() ? "no files, as none were asked for" : fmt::format("{}", fmt::join(written, ", ")));
     return apps::kInterrupted;
   }
   return kOk;
@@ -174,7 +182,8 @@ int run(const Arguments& a) {
 /// Of CLI11's errors: what is wrong, and where help is.
 std::string one_line(const CLI::App* app, const CLI::Error& error) {
   std::string what = error.what();
-  while (const CLI::App* chosen = app->get_subcommands().empty() ? nullptr : app->get_subcommands().front()) app = chosen;
+  while (const CLI::App* chosen = app->get_subcommands().empty() ? nullptr : app->get_subcommands().front())
+    app = chosen;
   const bool top = app->get_parent() == nullptr;
   const std::vector<std::string> left = app->remaining(true);
   if (top && !left.empty() && left.front().front() != '-') {
@@ -192,11 +201,13 @@ int command_line(int argc, char** argv) {
       "  derail run config/baseline.yaml                                  the paper's baseline: table of the outcome\n"
       "  derail run config/baseline.yaml --set \"initial.speed=55.5 mph\"   the same, faster\n"
       "  derail run config/baseline.yaml --json - --csv states.csv        for programs: outcome, states over time\n"
-      "  derail check my_train.yaml                                       what is understood, in SI, defaults filled in\n"
+      "  derail check my_train.yaml                                       what is understood, in SI, defaults filled "
+      "in\n"
       "  derail keys                                                      every key of a scenario file\n"
       "  derail study config/studies/paper_sensitivity.yaml --out results  many runs: medians, ranges, tables\n"
       "  derail validate accidents.csv --study config/studies/accident_validation.yaml   against real accidents\n"
-      "  derail verify config/baseline.yaml                               a general multibody engine's second opinion\n\n"
+      "  derail verify config/baseline.yaml                               a general multibody engine's second "
+      "opinion\n\n"
       "A long train is chaotic: one run is one draw. Compare ensembles (initial.perturbation), not single runs.\n"
       "Exit codes: 0 done, 1 output could not be written, 2 something is wrong with the input, 3 integration failed,\n"
       "4 derail verify: the two engines differ, 5 derail merge: shards or runs are missing,\n"
@@ -210,22 +221,28 @@ int command_line(int argc, char** argv) {
   Arguments a;
   const auto add_inputs = [&a](CLI::App* command) {
     apps::add_path(command, "FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();
-    command->add_option("--set", a.set, "Change an input: key=value, as in \"consist[0].weight=286 kip\"; may be repeated")
+    command
+        ->add_option("--set", a.set, "Change an input: key=value, as in \"consist[0].weight=286 kip\"; may be repeated")
         ->allow_extra_args(false);
   };
   CLI::App* run_command = app.add_subcommand("run", "Run one scenario to its end");
   add_inputs(run_command);
   apps::add_path(run_command, "--json", a.json, "Write the outcome as JSON in SI units; - is standard output");
-  apps::add_path(run_command, "--csv", a.csv, "Write the states of cars and couplers on the output grid; - is standard output");
+  apps::add_path(run_command, "--csv", a.csv,
+                 "Write the states of cars and couplers on the output grid; - is standard output");
   apps::add_path(run_command, "--incidents", a.incidents,
                  "Write what happened: trucks off the rails, broken couplers, impacts (CSV); - is standard output");
   apps::add_path(run_command, "--bag", a.bag, "Record what the node would publish; a folder: named by date");
   apps::add_force(run_command, a.force);
-  run_command->add_option("--seeds", a.seeds, "So many runs that differ by their seed (initial.perturbation): medians and ranges; "
-                          "--csv then writes a row a run")->check(CLI::Range(2, 100000));
+  run_command
+      ->add_option("--seeds", a.seeds,
+                   "So many runs that differ by their seed (initial.perturbation): medians and ranges; "
+                   "--csv then writes a row a run")
+      ->check(CLI::Range(2, 100000));
   run_command->add_option("--jobs", a.jobs, "Threads of --seeds; default: one a core")->check(CLI::Range(1, 4096));
   run_command->add_flag("--quiet", a.quiet, "No progress and no table");
-  CLI::App* check_command = app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");
+  CLI::App* check_command =
+      app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");
   add_inputs(check_command);
   CLI::App* keys_command = app.add_subcommand("keys", "List every key: allowed values, default, meaning");
 
@@ -259,7 +276,8 @@ int command_line(int argc, char** argv) {
   }
 }
 
-/// A standard stream that is closed would lend its number to the next file that is opened: tables would go into results.
+/// A standard stream that is closed would lend its number to the next file that is opened: tables would go into
+/// results.
 void occupy_standard_streams() {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     const int useless = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;  // errors stay errors

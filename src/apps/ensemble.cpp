@@ -37,9 +37,13 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   std::vector<outcome::Outcome> outcomes;
   {
     Progress progress(!a.quiet);
-    outcomes = study::run_in_memory(study, useful_jobs(a.jobs), [&](const study::Progress& p) {
-      progress.update(static_cast<double>(p.done) / static_cast<double>(p.total), fmt::format("{} of {} runs", p.done, p.total));
-    }, stop);
+    outcomes = study::run_in_memory(
+        study, useful_jobs(a.jobs),
+        [&](const study::Progress& p) {
+          progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
+                          fmt::format("{} of {} runs", p.done, p.total));
+        },
+        stop);
   }
   const auto ended = [&](outcome::Ended how) {
     return std::count_if(outcomes.begin(), outcomes.end(), [&](const outcome::Outcome& o) { return o.ended == how; });
@@ -49,7 +53,8 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   if (json) json->stream() << study::ensemble_json(study, outcomes) << "\n";
   if (csv) csv->commit();
   if (json) json->commit();
-  const bool on_standard_output = std::any_of(outputs.begin(), outputs.end(), [](const NamedPath& o) { return files::same_file(o.path, "-"); });
+  const bool on_standard_output =
+      std::any_of(outputs.begin(), outputs.end(), [](const NamedPath& o) { return files::same_file(o.path, "-"); });
   if (!a.quiet && !on_standard_output) {
     std::cout << (scenario.title.empty() ? a.name : scenario.title) << "\n" << study::ensemble_table(study, outcomes);
   }
@@ -58,7 +63,9 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
     return kInterrupted;
   }
   if (failed > 0) {
-    const auto first = std::find_if(outcomes.begin(), outcomes.end(), [](const outcome::Outcome& o) { return o.ended == outcome::Ended::integration_failed; });
+    const auto first = std::find_if(outcomes.begin(), outcomes.end(), [](const outcome::Outcome& o) {
+      return o.ended == outcome::Ended::integration_failed;
+    });
     std::cerr << fmt::format("derail: {} of {} runs failed, the first: {}\n", failed, outcomes.size(), first->message);
     return kIntegrationFailed;
   }

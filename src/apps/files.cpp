@@ -17,7 +17,8 @@ using inputs::InputError;
 void require_apart(const std::vector<NamedPath>& inputs, const std::vector<NamedPath>& outputs) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const auto refuse = [&](const NamedPath& other) {
-      throw InputError("command line", outputs[i].option, outputs[i].path, "is " + other.option + " too", "another file");
+      throw InputError("command line", outputs[i].option, outputs[i].path, "is " + other.option + " too",
+                       "another file");
     };
     for (const NamedPath& input : inputs) {
       if (files::same_file(outputs[i].path, input.path)) refuse(input);
@@ -55,7 +56,8 @@ void expect(Kind wanted, const std::string& path) {
 NewFolder::NewFolder(const std::string& path) {
   std::vector<fs::path> missing;
   std::error_code error;
-  for (fs::path p = fs::absolute(path).lexically_normal(); !fs::exists(p, error) && p.has_relative_path(); p = p.parent_path()) {
+  for (fs::path p = fs::absolute(path).lexically_normal(); !fs::exists(p, error) && p.has_relative_path();
+       p = p.parent_path()) {
     if (p.has_filename()) missing.push_back(p);
   }
   for (auto p = missing.rbegin(); p != missing.rend(); ++p) {

@@ -14,14 +14,16 @@ namespace train_derail::apps {
 /// `jobs` as asked for, or as many as are of use here; says so.
 inline int useful_jobs(int jobs) {
   if (jobs <= study::jobs_max()) return jobs;
-  std::cerr << fmt::format("derail: --jobs = {}: more threads than are of use here; {} do it\n", jobs, study::jobs_max());
+  std::cerr << fmt::format("derail: --jobs = {}: more threads than are of use here; {} do it\n", jobs,
+                           study::jobs_max());
   return study::jobs_max();
 }
 
 /// Lines of journals that were not believed, and what came of it.
 inline void say_problems(const std::vector<std::string>& problems, const std::string& consequence) {
   constexpr std::size_t kShown = 20;
-  for (std::size_t i = 0; i < problems.size() && i < kShown; ++i) std::cerr << "derail: " << problems[i] << "; " << consequence << "\n";
+  for (std::size_t i = 0; i < problems.size() && i < kShown; ++i)
+    std::cerr << "derail: " << problems[i] << "; " << consequence << "\n";
   if (problems.size() > kShown) std::cerr << fmt::format("derail: ... and {} lines more\n", problems.size() - kShown);
 }
 

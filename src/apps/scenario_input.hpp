@@ -19,7 +19,8 @@ inline std::vector<inputs::Override> overrides(const std::vector<std::string>& t
 
 /// What is odd about a scenario, and what was given and has no effect: on standard error, a line each.
 inline void say_warnings(const inputs::Scenario& scenario, const std::vector<inputs::Override>& given) {
-  for (const inputs::Warning& w : inputs::warnings(scenario, given)) std::cerr << "derail: warning: " << inputs::to_string(w) << "\n";
+  for (const inputs::Warning& w : inputs::warnings(scenario, given))
+    std::cerr << "derail: warning: " << inputs::to_string(w) << "\n";
 }
 
 }  // namespace train_derail::apps

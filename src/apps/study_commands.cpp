@@ -46,9 +46,7 @@ study::Shard parse_shard(const std::string& text) {
   return shard;
 }
 
-std::string folder_of(const Arguments& a) {
-  return a.out.value_or(fs::path(a.file).stem().string() + ".results");
-}
+std::string folder_of(const Arguments& a) { return a.out.value_or(fs::path(a.file).stem().string() + ".results"); }
 
 /// Of a study, finished or not.
 void expect_results(const std::string& folder) {
@@ -84,7 +82,8 @@ int finish(const std::string& folder, const study::Study& study, double wall_tim
   if (!quiet) {
     std::cout << study.title << "\n"
               << study::to_table(folder, study)
-              << fmt::format("{} of {} runs in {} (runs.csv, summary.csv, about.json){}\n", totals.runs, study::run_count(study), folder,
+              << fmt::format("{} of {} runs in {} (runs.csv, summary.csv, about.json){}\n", totals.runs,
+                             study::run_count(study), folder,
                              wall_time > 0.0 ? fmt::format(", {:.1f} s", wall_time) : "");
   }
   return 0;
@@ -98,24 +97,30 @@ int run(const Arguments& a) {
   try {
     for (const std::string& warning : study::check(study, &stop)) std::cerr << "derail: warning: " << warning << "\n";
     Progress progress(!a.quiet);
-    report = study::run_study(study, options, [&](const study::Progress& p) {
-      progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
-                      fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
-                                  p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
-    }, stop);
+    report = study::run_study(
+        study, options,
+        [&](const study::Progress& p) {
+          progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
+                          fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
+                                      p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
+        },
+        stop);
   } catch (const study::Stopped&) {
     report.stopped = true;
   }
   say_problems(report.problems, "computed anew");
   if (report.failed > 0) {
-    std::cerr << fmt::format("derail: {} of {} runs failed; their rows in runs.csv say why\n", report.failed, report.computed);
+    std::cerr << fmt::format("derail: {} of {} runs failed; their rows in runs.csv say why\n", report.failed,
+                             report.computed);
   }
   if (report.stopped) {
     std::cerr << fmt::format("derail: stopped with {} runs on disk; --resume computes the rest\n", report.runs);
     return kInterrupted;
   }
   if (options.shard.count > 1) {
-    if (!a.quiet) std::cout << fmt::format("shard {}: {} runs in {}; when all shards are there: derail merge\n", a.shard, report.runs, options.folder);
+    if (!a.quiet)
+      std::cout << fmt::format("shard {}: {} runs in {}; when all shards are there: derail merge\n", a.shard,
+                               report.runs, options.folder);
     return 0;
   }
   return finish(options.folder, study, report.wall_time, a.quiet);
@@ -140,7 +145,8 @@ int report(const Arguments& a) {
   std::vector<NamedPath> inputs;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     const fs::path& file = entry.path();
-    if (entry.is_regular_file() && file.extension() != ".html") inputs.push_back({"a file of the results", file.string()});
+    if (entry.is_regular_file() && file.extension() != ".html")
+      inputs.push_back({"a file of the results", file.string()});
   }
   require_apart(inputs, {{"--out", path}});
   const std::string page = study::to_html(a.folder);

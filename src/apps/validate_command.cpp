@@ -1,8 +1,8 @@
 #include "validate_command.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -90,11 +90,14 @@ int validate(const Arguments& a) {
   validation::Ensembles ensembles;
   {
     Progress progress(!a.quiet);
-    ensembles = validation::run(study, table, {folder, useful_jobs(a.jobs), a.resume}, [&](const study::Progress& p) {
-      progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
-                      fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
-                                  p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
-    }, stop);
+    ensembles = validation::run(
+        study, table, {folder, useful_jobs(a.jobs), a.resume},
+        [&](const study::Progress& p) {
+          progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
+                          fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
+                                      p.failed > 0 ? fmt::format(", {} failed", p.failed) : ""));
+        },
+        stop);
   }
   end_on_signals();
   say_problems(ensembles.problems, "computed anew");
@@ -103,13 +106,16 @@ int validate(const Arguments& a) {
     return kInterrupted;
   }
   const validation::Validation v = validation::evaluate(study, table, ensembles);
-  const auto write = [&](const char* name, const std::string& text) {  // the folder has been claimed: what is there is ours
+  const auto write = [&](const char* name,
+                         const std::string& text) {  // the folder has been claimed: what is there is ours
     files::write_file((fs::path(folder) / name).string(), text, files::Existing::replace);
   };
   write("rows.csv", validation::rows_csv(v));
   write("members.csv", validation::members_csv(study, ensembles));
   write("validation.json", validation::to_json(v) + "\n");
-  study::write_about(folder, study, {static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.warnings}, ensembles.wall_time);
+  study::write_about(folder, study,
+                     {static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.warnings},
+                     ensembles.wall_time);
   if (ensembles.failed > 0) {
     std::cerr << fmt::format("derail: {} of {} runs failed; their rows in members.csv say why\n", ensembles.failed,
                              ensembles.members.size());
@@ -129,15 +135,20 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   CLI::App* sub = app.add_subcommand(
-      "validate", "Predict the cars derailed in real accidents, one ensemble a row, and score it against what happened");
-  add_path(sub, "DATA", a.table, "Table of accidents, CSV (columns: docs/validation.md; example: config/accidents)")->required();
+      "validate",
+      "Predict the cars derailed in real accidents, one ensemble a row, and score it against what happened");
+  add_path(sub, "DATA", a.table, "Table of accidents, CSV (columns: docs/validation.md; example: config/accidents)")
+      ->required();
   add_path(sub, "--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
-  sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")->allow_extra_args(false);
+  sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
+      ->allow_extra_args(false);
   sub->add_option("--members", a.members, "Runs a row, instead of what the study says")->check(CLI::Range(1, 100000));
-  sub->add_option("--spread", a.spread, "Half-widths of the inputs' ranges times this, about their middles, instead of what the study says");
+  sub->add_option("--spread", a.spread,
+                  "Half-widths of the inputs' ranges times this, about their middles, instead of what the study says");
   sub->add_flag("--seeds-only", a.seeds_only, "Inputs stay at the base scenario's; members differ by their seed alone");
   sub->add_option("--min-speed", a.min_speed, "Only rows of this speed or more, as in \"10 mph\"");
-  sub->add_option("--min-tail", a.min_tail, "Only rows with at least so many cars from the first derailed one to the rear")
+  sub->add_option("--min-tail", a.min_tail,
+                  "Only rows with at least so many cars from the first derailed one to the rear")
       ->check(CLI::Range(1, 1000));
   sub->add_option("--every", a.every, "Only every so manyth row of the table")->check(CLI::Range(1, 1000000));
   add_path(sub, "--out", a.out, "Folder of the results; default: the table's name with .validated");

@@ -39,7 +39,8 @@ int verify(const Arguments& a) {
   if (a.json) paths.push_back({"--json", *a.json});
   std::optional<NewFolder> folder;
   if (a.out) {
-    for (const char* name : {"verify.json", "differences.csv"}) paths.push_back({"--out", (fs::path(*a.out) / name).string()});
+    for (const char* name : {"verify.json", "differences.csv"})
+      paths.push_back({"--out", (fs::path(*a.out) / name).string()});
     folder.emplace(*a.out);
   }
   require_apart({{"FILE", a.file}}, paths);
@@ -49,8 +50,8 @@ int verify(const Arguments& a) {
   multibody::Verification v;
   {
     Progress progress(!a.quiet);
-    v = multibody::verify(scenario, a.options,
-                          [&](double done, const std::string& what) { progress.update(done, what); }, &stop);
+    v = multibody::verify(
+        scenario, a.options, [&](double done, const std::string& what) { progress.update(done, what); }, &stop);
   }
   end_on_signals();
   if (stop) {

@@ -158,7 +158,8 @@ CsvTable::CsvTable(const std::string& path) : reader_(path) {
   if (!reader_.next(names_)) throw CsvError(path, 0, "is empty");
   std::set<std::string> seen;
   for (const std::string& name : names_) {
-    if (!name.empty() && !seen.insert(name).second) throw CsvError(path, reader_.line(), fmt::format("column '{}' stands twice", printable(name, kShownMax)));
+    if (!name.empty() && !seen.insert(name).second)
+      throw CsvError(path, reader_.line(), fmt::format("column '{}' stands twice", printable(name, kShownMax)));
   }
 }
 
@@ -168,7 +169,9 @@ std::size_t CsvTable::column(const std::string& name) const {
   return static_cast<std::size_t>(place - names_.begin());
 }
 
-bool CsvTable::has(const std::string& name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
+bool CsvTable::has(const std::string& name) const {
+  return std::find(names_.begin(), names_.end(), name) != names_.end();
+}
 
 bool CsvTable::next(std::vector<std::string>& fields) {
   if (!reader_.next(fields)) return false;
@@ -181,7 +184,8 @@ void CsvTable::fail(const std::string& problem) const { throw CsvError(reader_.p
 double CsvTable::number(const std::vector<std::string>& fields, std::size_t column) const {
   const std::string& text = fields[column];
   const auto value = files::number<double>(text);
-  if (!value) fail(fmt::format("{} = '{}': not a number", printable(names_[column], kShownMax), printable(text, kShownMax)));
+  if (!value)
+    fail(fmt::format("{} = '{}': not a number", printable(names_[column], kShownMax), printable(text, kShownMax)));
   return *value;
 }
 

@@ -34,14 +34,19 @@ namespace {
 constexpr char kPrefix[] = ".train_derail-", kSuffix[] = ".part";
 constexpr std::chrono::milliseconds kReaderWait{1000}, kReaderPoll{10};
 
-[[noreturn]] void fail(const std::string& path, const std::string& problem) { throw std::runtime_error(path + ": " + problem); }
+[[noreturn]] void fail(const std::string& path, const std::string& problem) {
+  throw std::runtime_error(path + ": " + problem);
+}
 [[noreturn]] void cannot_be_written(const std::string& path, int error) {
   fail(path, fmt::format("cannot be written: {}", std::strerror(error)));
 }
 [[noreturn]] void fail_to_write(const std::string& path, int error) {
-  fail(path, fmt::format("could not be written whole{}{}", error != 0 ? ": " : "", error != 0 ? std::strerror(error) : ""));
+  fail(path,
+       fmt::format("could not be written whole{}{}", error != 0 ? ": " : "", error != 0 ? std::strerror(error) : ""));
 }
-[[noreturn]] void exists(const std::string& path) { throw ExistsError(path + ": exists already and is not overwritten"); }
+[[noreturn]] void exists(const std::string& path) {
+  throw ExistsError(path + ": exists already and is not overwritten");
+}
 
 class Descriptor {
  public:
@@ -154,7 +159,8 @@ void remove_stale(const std::string& folder) {
     const std::string path = folder + "/" + name;
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     struct stat status;
-    if (!file.open() || fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != geteuid()) continue;
+    if (!file.open() || fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_uid != geteuid())
+      continue;
     if (take_lock(file.get())) unlink(path.c_str());
   }
   closedir(dir);
@@ -170,7 +176,8 @@ Descriptor create_named(const std::string& folder, std::string& name) {
     }
     // Between creation and lock another process may have taken it for a stale one.
     struct stat status;
-    const bool locked = take_lock(file.get()) || errno != EWOULDBLOCK;  // file systems without locks: as good as it gets
+    const bool locked =
+        take_lock(file.get()) || errno != EWOULDBLOCK;  // file systems without locks: as good as it gets
     if (locked && fstat(file.get(), &status) == 0 && status.st_nlink > 0) return file;
   }
 }
@@ -203,9 +210,9 @@ Descriptor open_special(const std::string& path, mode_t mode) {
 }  // namespace
 
 struct OutputFile::Impl {
-  std::string path;               // as given
-  std::string target, folder;     // resolved; empty if it is written as it comes
-  std::string temporary;          // name it has so far, if any
+  std::string path;            // as given
+  std::string target, folder;  // resolved; empty if it is written as it comes
+  std::string temporary;       // name it has so far, if any
   Existing existing = Existing::refuse;
   Descriptor file;
   std::unique_ptr<Buffer> buffer;
@@ -285,7 +292,8 @@ struct OutputFile::Impl {
   }
 };
 
-OutputFile::OutputFile(std::string path, Existing existing, const std::atomic<bool>* stop) : impl_(std::make_unique<Impl>()) {
+OutputFile::OutputFile(std::string path, Existing existing, const std::atomic<bool>* stop)
+    : impl_(std::make_unique<Impl>()) {
   impl_->path = std::move(path);
   impl_->existing = existing;
   impl_->open();
@@ -335,7 +343,8 @@ bool same_file(const std::string& a, const std::string& b) {
   const bool there = (first >= 0 ? fstat(first, &s) : stat(a.c_str(), &s)) == 0;
   if (there != ((second >= 0 ? fstat(second, &t) : stat(b.c_str(), &t)) == 0)) return false;
   // Whatever goes to /dev/null twice disturbs nobody.
-  if (there) return s.st_dev == t.st_dev && s.st_ino == t.st_ino && (!S_ISCHR(s.st_mode) || (first >= 0 && first == second));
+  if (there)
+    return s.st_dev == t.st_dev && s.st_ino == t.st_ino && (!S_ISCHR(s.st_mode) || (first >= 0 && first == second));
   return resolved(a) == resolved(b);
 }
 

@@ -29,8 +29,12 @@ constexpr std::array<Start, 9> kStarts{{{"#ROSBAG", "a bag of messages", "rosbag
                                         {"\x1f\x8b", "a compressed file", ""},
                                         {"PK\x03\x04", "a compressed file", ""},
                                         {"BZh", "a compressed file", ""},
-                                        {"\xfd" "7zXZ", "a compressed file", ""},
-                                        {"\x7f" "ELF", "a program", ""}}};
+                                        {"\xfd"
+                                         "7zXZ",
+                                         "a compressed file", ""},
+                                        {"\x7f"
+                                         "ELF",
+                                         "a program", ""}}};
 
 /// Tables that this program writes and reads, by names of columns that no other has.
 struct Columns {
@@ -40,22 +44,35 @@ struct Columns {
   std::array<const char*, 2> names;
 };
 constexpr std::array<Columns, 9> kTables{{
-    {Kind::other, "a table of predicted accidents", "plot_validate.py takes its folder", {"cars_derailed", "predicted_median"}},
+    {Kind::other,
+     "a table of predicted accidents",
+     "plot_validate.py takes its folder",
+     {"cars_derailed", "predicted_median"}},
     {Kind::accidents, "a table of accidents", "derail validate takes it", {"speed_mph", "cars_derailed"}},
-    {Kind::accidents, "a table of reports of accidents (form 6180.54)", "derail validate takes it", {"INCDTNO", "TRNSPD"}},
+    {Kind::accidents,
+     "a table of reports of accidents (form 6180.54)",
+     "derail validate takes it",
+     {"INCDTNO", "TRNSPD"}},
     {Kind::other, "a table of the runs of a study", "derail report takes its folder", {"run", "replicate"}},
-    {Kind::other, "a table of the runs of a validation", "plot_validate.py takes its folder", {"member", "derailed_locomotives"}},
+    {Kind::other,
+     "a table of the runs of a validation",
+     "plot_validate.py takes its folder",
+     {"member", "derailed_locomotives"}},
     {Kind::other, "a table of the summary of a study", "derail report takes its folder", {"point", "median"}},
     {Kind::other, "a table of the states of a run", "plot_run.py takes it", {"time_s", "car"}},
     {Kind::other, "a table of the incidents of a run", "", {"time_s", "what"}},
-    {Kind::other, "a table of the differences of a verification", "plot_verify.py takes its folder", {"time_s", "position_m"}},
+    {Kind::other,
+     "a table of the differences of a verification",
+     "plot_verify.py takes its folder",
+     {"time_s", "position_m"}},
 }};
 
 bool has(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
 
 std::string lower(std::string_view text) {
   std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return out;
 }
 
@@ -64,7 +81,8 @@ std::string first_line(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     const auto first = line.find_first_not_of(" \t\r\xef\xbb\xbf");
-    if (first != std::string::npos && line[first] != '#' && line.compare(first, 3, "---") != 0) return line.substr(first);
+    if (first != std::string::npos && line[first] != '#' && line.compare(first, 3, "---") != 0)
+      return line.substr(first);
   }
   return "";
 }
@@ -105,7 +123,8 @@ Recognised document(const std::string& text) {
   if (start[0] == '<') return {Kind::other, "a file of XML", ""};
   if (line[0] == '{') {
     if (has(text, "\"cars_past_pod\"")) return {Kind::other, "a file of the outcome of a run (JSON)", ""};
-    if (has(text, "\"plan\"")) return {Kind::other, "a description of a study (JSON)", "derail report takes its folder"};
+    if (has(text, "\"plan\""))
+      return {Kind::other, "a description of a study (JSON)", "derail report takes its folder"};
     if (has(text, "\"interval\"") && has(text, "\"table\"")) {
       return {Kind::other, "a file of the scores of a validation (JSON)", "plot_validate.py takes its folder"};
     }
@@ -115,7 +134,8 @@ Recognised document(const std::string& text) {
   const auto colon = line.find(':');
   if (std::count(line.begin(), line.end(), ',') >= 2 && colon == std::string::npos) return table(line);
   if (key(text, "consist")) return {Kind::scenario, "a scenario", "derail run takes it"};
-  if (key(text, "scenario") && (key(text, "factors") || key(text, "plan") || key(text, "replicates") || key(text, "outcomes"))) {
+  if (key(text, "scenario") &&
+      (key(text, "factors") || key(text, "plan") || key(text, "replicates") || key(text, "outcomes"))) {
     return {Kind::study, "a study", "derail study takes it"};
   }
   return {};

@@ -5,8 +5,8 @@
 
 namespace train_derail::inputs {
 
-/// While it lives, C functions of this thread (strtod, printf) follow the C locale. RViz and other Qt programs take the user's,
-/// where 1.5 may be 1,5; other threads are not touched.
+/// While it lives, C functions of this thread (strtod, printf) follow the C locale. RViz and other Qt programs take the
+/// user's, where 1.5 may be 1,5; other threads are not touched.
 class CLocale {
  public:
   CLocale() : c_(::newlocale(LC_ALL_MASK, "C", nullptr)), before_(::uselocale(c_)) {}

@@ -25,7 +25,8 @@ class Checker {
 
   void text(const char* key, const std::string& value, const Doc&) {
     constexpr std::size_t kBytesMax = 1000;
-    if (value.size() > kBytesMax) refuse(prefix_ + key, value, fmt::format("{} bytes long", value.size()), fmt::format("at most {}", kBytesMax));
+    if (value.size() > kBytesMax)
+      refuse(prefix_ + key, value, fmt::format("{} bytes long", value.size()), fmt::format("at most {}", kBytesMax));
     for (std::string_view rest = value; !rest.empty();) {
       const files::Character c = files::first_character(rest);
       if (!c.valid || (files::is_control(c.code) && c.code != '\n' && c.code != '\t')) {

@@ -59,7 +59,8 @@ class Collector {
 /// Sets the one key it is looking for.
 class Setter {
  public:
-  Setter(const Override& wanted, std::string prefix, bool& found) : wanted_(wanted), prefix_(std::move(prefix)), found_(found) {}
+  Setter(const Override& wanted, std::string prefix, bool& found)
+      : wanted_(wanted), prefix_(std::move(prefix)), found_(found) {}
 
   void text(const char* key, std::string& value, const Doc&) {
     if (is(key)) value = wanted_.value;
@@ -98,7 +99,8 @@ class Setter {
   }
   template <class G, class F>
   void list(const char* key, std::vector<G>& items, F describe_it, const Doc&, bool) {
-    for (std::size_t i = 0; i < items.size(); ++i) descend(fmt::format("{}{}[{}].", prefix_, key, i), items[i], describe_it);
+    for (std::size_t i = 0; i < items.size(); ++i)
+      descend(fmt::format("{}{}[{}].", prefix_, key, i), items[i], describe_it);
   }
 
  private:

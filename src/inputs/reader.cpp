@@ -111,7 +111,8 @@ Override parse_override(std::string_view text) {
 
 Scenario read_scenario(const YAML::Node& tree, const std::string& source, const std::vector<Override>& overrides) {
   YAML::Node root = YAML::Clone(tree);
-  if (!overrides.empty() && !root.IsMap()) throw InputError(source, "", written(root), "not a group of keys", "key: value lines");
+  if (!overrides.empty() && !root.IsMap())
+    throw InputError(source, "", written(root), "not a group of keys", "key: value lines");
   for (const Override& o : overrides) apply(root, o);
 
   Places places;
@@ -130,13 +131,18 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
 }
 
 std::string read_file(const std::string& path, std::size_t bytes_max) {
-  const auto refuse = [&](const std::string& problem, const std::string& allowed) -> InputError { return {path, "", "", problem, allowed}; };
+  const auto refuse = [&](const std::string& problem, const std::string& allowed) -> InputError {
+    return {path, "", "", problem, allowed};
+  };
   // Opening a FIFO would wait for a writer for ever, opening some devices does things.
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
   const auto check = [&] {
     if (S_ISREG(status.st_mode)) return;
-    const char* kind = S_ISDIR(status.st_mode) ? "a folder" : S_ISFIFO(status.st_mode) ? "a pipe" : S_ISSOCK(status.st_mode) ? "a socket" : "a device";
+    const char* kind = S_ISDIR(status.st_mode)    ? "a folder"
+                       : S_ISFIFO(status.st_mode) ? "a pipe"
+                       : S_ISSOCK(status.st_mode) ? "a socket"
+                                                  : "a device";
     throw refuse(std::string("cannot be read: ") + kind, "a file");
   };
   check();
@@ -146,7 +152,8 @@ std::string read_file(const std::string& path, std::size_t bytes_max) {
       if (number >= 0) ::close(number);
     }
   } const file{::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)};
-  if (file.number < 0 || ::fstat(file.number, &status) != 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
+  if (file.number < 0 || ::fstat(file.number, &status) != 0)
+    throw refuse(std::string("cannot be read: ") + error_text(errno), "");
   check();  // another may have taken its place
   const auto too_long = [&] { return refuse("too long a file", fmt::format("at most {} bytes", bytes_max)); };
   if (static_cast<std::uintmax_t>(status.st_size) > bytes_max) throw too_long();

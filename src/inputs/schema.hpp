@@ -1,4 +1,5 @@
-// Every key of a scenario: name, unit, range, meaning. The one place; reading, checking, writing and listing all walk it.
+// Every key of a scenario: name, unit, range, meaning. The one place; reading, checking, writing and listing all walk
+// it.
 #pragma once
 
 #include <algorithm>
@@ -37,8 +38,9 @@ inline Range between(double min, double max) { return {min, max, false, false}; 
 inline Range above_up_to(double min, double max) { return {min, max, true, false}; }
 inline Range between_or_infinite(double min, double max) { return {min, max, false, true}; }
 
-/// `unit` is the SI unit in UDUNITS notation, `shown` the one people read ("" if the same). Outside of `range`, which holds every
-/// train that can be thought of, a value is refused; outside of `usual`, which holds the trains there are, a warning is given.
+/// `unit` is the SI unit in UDUNITS notation, `shown` the one people read ("" if the same). Outside of `range`, which
+/// holds every train that can be thought of, a value is refused; outside of `usual`, which holds the trains there are,
+/// a warning is given.
 struct Quantity {
   const char* unit;
   const char* shown;
@@ -83,36 +85,42 @@ struct When {
   bool (*holds)(const Scenario&);
   const char* text;  // "it acts with ..."
 };
-inline constexpr When kOnRails{[](const Scenario& s) { return s.ground.on_track_law == OnTrackLaw::rails; }, "ground.on_track_law: rails"};
+inline constexpr When kOnRails{[](const Scenario& s) { return s.ground.on_track_law == OnTrackLaw::rails; },
+                               "ground.on_track_law: rails"};
 inline constexpr When kYieldingRails{
     [](const Scenario& s) { return s.ground.on_track_law == OnTrackLaw::rails && s.rails.derail_ratio < kInfinity; },
     "ground.on_track_law: rails and a finite rails.derail_ratio"};
-inline constexpr When kFrictionBrakes{[](const Scenario& s) { return s.brakes.law == BrakeLaw::friction; }, "brakes.law: friction"};
+inline constexpr When kFrictionBrakes{[](const Scenario& s) { return s.brakes.law == BrakeLaw::friction; },
+                                      "brakes.law: friction"};
 inline constexpr When kAirBrakes{[](const Scenario& s) { return s.brakes.law == BrakeLaw::air; }, "brakes.law: air"};
 inline constexpr When kPneumatic{
     [](const Scenario& s) { return s.brakes.law == BrakeLaw::air && s.brakes.signal == BrakeSignal::pneumatic; },
     "brakes.law: air and brakes.signal: pneumatic"};
-inline constexpr When kRadio{
-    [](const Scenario& s) {
-      const auto remote = [](const CarBlock& b) { return b.brake_source == BrakeSource::remote; };
-      return kPneumatic.holds(s) && std::any_of(s.consist.begin(), s.consist.end(), remote);
-    },
-    "brakes.law: air, brakes.signal: pneumatic and a block with brake_source: remote"};
+inline constexpr When kRadio{[](const Scenario& s) {
+                               const auto remote = [](const CarBlock& b) {
+                                 return b.brake_source == BrakeSource::remote;
+                               };
+                               return kPneumatic.holds(s) && std::any_of(s.consist.begin(), s.consist.end(), remote);
+                             },
+                             "brakes.law: air, brakes.signal: pneumatic and a block with brake_source: remote"};
 inline constexpr When kCoulombGround{[](const Scenario& s) { return s.ground.off_track_law == OffTrackLaw::coulomb; },
                                      "ground.off_track_law: coulomb"};
 inline constexpr When kSlipGround{[](const Scenario& s) { return s.ground.off_track_law == OffTrackLaw::by_slip; },
                                   "ground.off_track_law: by_slip"};
-inline constexpr When kContact{[](const Scenario& s) { return s.contact.law == ContactLaw::elastic; }, "contact.law: elastic"};
-inline constexpr When kDraftGear{[](const Scenario& s) { return s.coupler.draft_gear_travel > 0.0; }, "a coupler.draft_gear_travel above 0"};
-inline constexpr When kSwingStop{[](const Scenario& s) { return s.coupler.swing_stiffness > 0.0; }, "a coupler.swing_stiffness above 0"};
-inline constexpr When kPerturbed{
-    [](const Scenario& s) {
-      const Perturbation& p = s.initial.perturbation;
-      return p.spacing > 0.0 || p.yaw_rate > 0.0 || p.kick > 0.0 || p.alignment > 0.0;
-    },
-    "a size of initial.perturbation above 0"};
-inline constexpr When kErrorControl{[](const Scenario& s) { return s.solver.method != Method::semi_implicit && !s.solver.fixed_step; },
-                                    "solver.method: cash_karp, dormand_prince or bdf, without solver.fixed_step"};
+inline constexpr When kContact{[](const Scenario& s) { return s.contact.law == ContactLaw::elastic; },
+                               "contact.law: elastic"};
+inline constexpr When kDraftGear{[](const Scenario& s) { return s.coupler.draft_gear_travel > 0.0; },
+                                 "a coupler.draft_gear_travel above 0"};
+inline constexpr When kSwingStop{[](const Scenario& s) { return s.coupler.swing_stiffness > 0.0; },
+                                 "a coupler.swing_stiffness above 0"};
+inline constexpr When kPerturbed{[](const Scenario& s) {
+                                   const Perturbation& p = s.initial.perturbation;
+                                   return p.spacing > 0.0 || p.yaw_rate > 0.0 || p.kick > 0.0 || p.alignment > 0.0;
+                                 },
+                                 "a size of initial.perturbation above 0"};
+inline constexpr When kErrorControl{
+    [](const Scenario& s) { return s.solver.method != Method::semi_implicit && !s.solver.fixed_step; },
+    "solver.method: cash_karp, dormand_prince or bdf, without solver.fixed_step"};
 
 /// What is said of a key: its meaning, and when it acts (of a group: when any of it does). Null: always.
 struct Doc {
@@ -130,18 +138,24 @@ inline const When* idle_because(const Scenario& s, const When* outer, const Doc&
 
 template <class V, class C>
 void describe_block(V& v, C& c) {
-  v.text("name", c.name, "Body shown in pictures: tank_car, hopper, boxcar, locomotive; a plain box for any other name.");
+  v.text("name", c.name,
+         "Body shown in pictures: tank_car, hopper, boxcar, locomotive; a plain box for any other name.");
   v.integer("count", c.count, between(1, kCarsMax), true, "Number of equal cars in this block.");
   v.number("length", c.length, required({"m", "ft", between(1, 100), between(5, 30)}), "L, between the coupler pins.");
-  v.number("weight", c.weight, required({"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)}), "W, on the rails (a force).");
-  v.number("width", c.width, {"m", "ft", between(0.01, 20), between(2, 4.5)}, "Width of the footprint, for contacts and pictures.");
-  v.number("truck_spacing", c.truck_spacing, {"m", "ft", between(0.5, 100), between(2, 25)}, "D, between truck centres; or truck_spacing_factor.");
-  v.number("truck_spacing_factor", c.truck_spacing_factor, {"1", "", between(0.05, 1), between(0.4, 0.9)}, "D / L (0.71 if neither is given).");
+  v.number("weight", c.weight, required({"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)}),
+           "W, on the rails (a force).");
+  v.number("width", c.width, {"m", "ft", between(0.01, 20), between(2, 4.5)},
+           "Width of the footprint, for contacts and pictures.");
+  v.number("truck_spacing", c.truck_spacing, {"m", "ft", between(0.5, 100), between(2, 25)},
+           "D, between truck centres; or truck_spacing_factor.");
+  v.number("truck_spacing_factor", c.truck_spacing_factor, {"1", "", between(0.05, 1), between(0.4, 0.9)},
+           "D / L (0.71 if neither is given).");
   v.number("yaw_inertia", c.yaw_inertia, {"kg m2", "slug ft2", between(1, 1e10)},
            "I, about the vertical axis through the centre of mass; or yaw_inertia_factor.");
   v.number("yaw_inertia_factor", c.yaw_inertia_factor, {"1", "", kYawInertiaFactors, kUsualYawInertiaFactors},
            "I / (M L^2) (0.093 if neither is given; a slender rod has 1/12).");
-  v.number("brake_share", c.brake_share, {"1", "", between(0, 10), between(0, 3)}, {"Share of brakes.force that these cars develop; 0: cut out.", &kAirBrakes});
+  v.number("brake_share", c.brake_share, {"1", "", between(0, 10), between(0, 3)},
+           {"Share of brakes.force that these cars develop; 0: cut out.", &kAirBrakes});
   v.choice("brake_source", c.brake_source, kBrakeSources,
            {"remote: distributed power or an end-of-train device, which vents the brake pipe by radio.", &kPneumatic});
 }
@@ -149,34 +163,53 @@ void describe_block(V& v, C& c) {
 template <class V, class C>
 void describe_coupler(V& v, C& c) {
   v.number("length", c.length, {"m", "ft", between(0.1, 10), between(0.4, 3)}, "G0, between the pins at mid-slack.");
-  v.number("slack", c.slack, {"m", "ft", between(0, 5), between(0, 0.3)}, "s, whole dead band of the gap, half to either side of G0.");
-  v.number("stiffness", c.stiffness, {"N/m", "lbf/ft", between(0, 1e12), between(1e6, 1e10)}, "K, in buff and in draft, outside the slack.");
-  v.number("swing_limit", c.swing_limit, {"rad", "deg", between(0, 3.14159265358979), between(0, 0.8)}, "S, free swing to either side.");
-  v.number("swing_stiffness", c.swing_stiffness, {"N m/rad", "lbf ft/rad", between(0, 1e12), between(0, 1e9)}, "K_m, slope of the end moment beyond the limit.");
-  v.number("swing_moment_max", c.swing_moment_max, {"N m", "lbf ft", between_or_infinite(0, 1e12), between_or_infinite(1e3, 1e8)},
+  v.number("slack", c.slack, {"m", "ft", between(0, 5), between(0, 0.3)},
+           "s, whole dead band of the gap, half to either side of G0.");
+  v.number("stiffness", c.stiffness, {"N/m", "lbf/ft", between(0, 1e12), between(1e6, 1e10)},
+           "K, in buff and in draft, outside the slack.");
+  v.number("swing_limit", c.swing_limit, {"rad", "deg", between(0, 3.14159265358979), between(0, 0.8)},
+           "S, free swing to either side.");
+  v.number("swing_stiffness", c.swing_stiffness, {"N m/rad", "lbf ft/rad", between(0, 1e12), between(0, 1e9)},
+           "K_m, slope of the end moment beyond the limit.");
+  v.number("swing_moment_max", c.swing_moment_max,
+           {"N m", "lbf ft", between_or_infinite(0, 1e12), between_or_infinite(1e3, 1e8)},
            {"m_max, plateau of the end moment.", &kSwingStop});
   v.number("draft_gear_stiffness", c.draft_gear_stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e5, 1e9)},
            {"k_1, over the first draft_gear_travel beyond the slack.", &kDraftGear});
-  v.number("draft_gear_travel", c.draft_gear_travel, {"m", "ft", between(0, 2), between(0, 0.5)}, "Travel of the draft gears of a coupled pair; then K. 0: none, K at once.");
-  v.number("damping_ratio", c.damping_ratio, {"1", "", between(0, 2), between(0, 1)}, "Of two cars on the first spring; damping never turns the force round.");
-  v.number("break_draft", c.break_draft, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(3e5, 6e6)}, "Draft force at which the coupler breaks.");
-  v.number("break_swing", c.break_swing, {"rad", "deg", between_or_infinite(1e-3, 100), between_or_infinite(0.1, 2)}, "Swing angle, at either end, at which it breaks.");
-  v.number("break_moment", c.break_moment, {"N m", "lbf ft", between_or_infinite(1, 1e12), between_or_infinite(1e4, 1e8)}, "Sum of the end moments at which it breaks.");
+  v.number("draft_gear_travel", c.draft_gear_travel, {"m", "ft", between(0, 2), between(0, 0.5)},
+           "Travel of the draft gears of a coupled pair; then K. 0: none, K at once.");
+  v.number("damping_ratio", c.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
+           "Of two cars on the first spring; damping never turns the force round.");
+  v.number("break_draft", c.break_draft, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(3e5, 6e6)},
+           "Draft force at which the coupler breaks.");
+  v.number("break_swing", c.break_swing, {"rad", "deg", between_or_infinite(1e-3, 100), between_or_infinite(0.1, 2)},
+           "Swing angle, at either end, at which it breaks.");
+  v.number("break_moment", c.break_moment,
+           {"N m", "lbf ft", between_or_infinite(1, 1e12), between_or_infinite(1e4, 1e8)},
+           "Sum of the end moments at which it breaks.");
 }
 
 template <class V, class G>
 void describe_ground(V& v, G& g) {
   v.number("on_track_friction", g.on_track_friction, {"1", "", between(0, 10), between(0, 0.5)},
            {"mu of a car before the point of derailment (emergency braking).", &kFrictionBrakes});
-  v.number("off_track_friction", g.off_track_friction, {"1", "", between(0, 10), between(0.05, 1.5)}, {"mu of a car past it.", &kCoulombGround});
+  v.number("off_track_friction", g.off_track_friction, {"1", "", between(0, 10), between(0.05, 1.5)},
+           {"mu of a car past it.", &kCoulombGround});
   v.choice("on_track_law", g.on_track_law, kOnTrackLaws, "What a car on the track feels sideways (docs/model.md).");
-  v.number("regularization_speed", g.regularization_speed, {"m/s", "ft/s", between(1e-6, 100), between(1e-3, 2)}, "v_eps: the friction force is mu W / 2 * v / sqrt(v^2 + v_eps^2).");
-  v.choice("off_track_law", g.off_track_law, kOffTrackLaws, "coulomb: off_track_friction; by_slip: grows with slip angle and distance from the track.");
-  v.number("in_line_friction", g.in_line_friction, {"1", "", between(0, 10), between(0, 1)}, {"mu_0 of by_slip: along the car's axis, on the track's bed.", &kSlipGround});
-  v.number("broadside_friction", g.broadside_friction, {"1", "", between(0, 10), between(0.05, 1.5)}, {"mu_1 of by_slip: across the axis, or far from the track.", &kSlipGround});
-  v.number("slip_ratio", g.slip_ratio, {"1", "", between(1e-3, 1), between(0.05, 1)}, {"|v across the axis| / |v| at which mu_1 is reached.", &kSlipGround});
-  v.number("far_distance", g.far_distance, {"m", "ft", between(1e-3, 1e3), between(0.3, 30)}, {"Distance beyond the rail at which mu_1 is reached.", &kSlipGround});
-  v.list("patches", g.patches, [](auto& w, auto& p) { describe_patch(w, p); }, "Rectangles of other ground.", false);
+  v.number("regularization_speed", g.regularization_speed, {"m/s", "ft/s", between(1e-6, 100), between(1e-3, 2)},
+           "v_eps: the friction force is mu W / 2 * v / sqrt(v^2 + v_eps^2).");
+  v.choice("off_track_law", g.off_track_law, kOffTrackLaws,
+           "coulomb: off_track_friction; by_slip: grows with slip angle and distance from the track.");
+  v.number("in_line_friction", g.in_line_friction, {"1", "", between(0, 10), between(0, 1)},
+           {"mu_0 of by_slip: along the car's axis, on the track's bed.", &kSlipGround});
+  v.number("broadside_friction", g.broadside_friction, {"1", "", between(0, 10), between(0.05, 1.5)},
+           {"mu_1 of by_slip: across the axis, or far from the track.", &kSlipGround});
+  v.number("slip_ratio", g.slip_ratio, {"1", "", between(1e-3, 1), between(0.05, 1)},
+           {"|v across the axis| / |v| at which mu_1 is reached.", &kSlipGround});
+  v.number("far_distance", g.far_distance, {"m", "ft", between(1e-3, 1e3), between(0.3, 30)},
+           {"Distance beyond the rail at which mu_1 is reached.", &kSlipGround});
+  v.list(
+      "patches", g.patches, [](auto& w, auto& p) { describe_patch(w, p); }, "Rectangles of other ground.", false);
 }
 
 template <class V, class P>
@@ -185,59 +218,85 @@ void describe_patch(V& v, P& p) {
   v.number("x_to", p.x_to, required({"m", "ft", kPlaces}), "");
   v.number("y_from", p.y_from, required({"m", "ft", kPlaces}), "Across it, to the left.");
   v.number("y_to", p.y_to, required({"m", "ft", kPlaces}), "");
-  v.number("factor", p.factor, required({"1", "", between(0, 10), between(0, 3)}), "Friction there over friction elsewhere.");
+  v.number("factor", p.factor, required({"1", "", between(0, 10), between(0, 3)}),
+           "Friction there over friction elsewhere.");
 }
 
 template <class V, class R>
 void describe_rails(V& v, R& r) {
-  v.number("stiffness", r.stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e6, 1e9)}, "k_r, lateral stiffness of the rails under a truck.");
+  v.number("stiffness", r.stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e6, 1e9)},
+           "k_r, lateral stiffness of the rails under a truck.");
   v.number("damping_ratio", r.damping_ratio, {"1", "", between(0, 2), between(0, 1)}, "Of half a car on k_r.");
-  v.number("derail_ratio", r.derail_ratio, {"1", "", between_or_infinite(0, 1e3), between_or_infinite(0.3, 3)}, "L/V: lateral force over load of a truck beyond which it leaves the rails.");
-  v.number("derail_time", r.derail_time, {"s", "", between(0, 1), between(0, 0.3)}, {"... if exceeded for longer than this.", &kYieldingRails});
-  v.number("torn_length", r.torn_length, {"m", "ft", between(0, 100), between(0, 30)}, {"Length of track that a truck tears up where it leaves the rails; 0: none.", &kYieldingRails});
+  v.number("derail_ratio", r.derail_ratio, {"1", "", between_or_infinite(0, 1e3), between_or_infinite(0.3, 3)},
+           "L/V: lateral force over load of a truck beyond which it leaves the rails.");
+  v.number("derail_time", r.derail_time, {"s", "", between(0, 1), between(0, 0.3)},
+           {"... if exceeded for longer than this.", &kYieldingRails});
+  v.number("torn_length", r.torn_length, {"m", "ft", between(0, 100), between(0, 30)},
+           {"Length of track that a truck tears up where it leaves the rails; 0: none.", &kYieldingRails});
 }
 
 template <class V, class C>
 void describe_curve(V& v, C& c) {
   v.number("start", c.start, required({"m", "ft", kPlaces}), "Along the track from the point of derailment, forward.");
   v.number("length", c.length, required({"m", "ft", between(0.01, 1e5)}), "Of the arc.");
-  v.number("curvature", c.curvature, required({"1/m", "deg/(100 ft)", between(-0.02, 0.02), between(-0.012, 0.012)}), "One over the radius, to the left positive.");
+  v.number("curvature", c.curvature, required({"1/m", "deg/(100 ft)", between(-0.02, 0.02), between(-0.012, 0.012)}),
+           "One over the radius, to the left positive.");
 }
 
 template <class V, class T>
 void describe_track(V& v, T& t) {
-  v.number("grade", t.grade, {"1", "percent", between(-0.1, 0.1), between(-0.04, 0.04)}, "Rise over run in the direction of travel.");
-  v.list("curves", t.curves, [](auto& w, auto& c) { describe_curve(w, c); }, "Arcs; straight between and outside of them.", false);
+  v.number("grade", t.grade, {"1", "percent", between(-0.1, 0.1), between(-0.04, 0.04)},
+           "Rise over run in the direction of travel.");
+  v.list(
+      "curves", t.curves, [](auto& w, auto& c) { describe_curve(w, c); }, "Arcs; straight between and outside of them.",
+      false);
 }
 
 template <class V, class B>
 void describe_brakes(V& v, B& b) {
-  v.choice("law", b.law, kBrakeLaws, "friction: ground.on_track_friction on every car at once, as in the paper; air: an emergency application.");
-  v.number("rolling_resistance", b.rolling_resistance, {"1", "", between(0, 1), between(0, 0.02)}, {"Of a car on the rails, over its weight.", &kAirBrakes});
-  v.number("force", b.force, {"1", "", between(0, 1), between(0, 0.2)}, {"B: brake force over weight, built up; 0: a runaway.", &kAirBrakes});
-  v.number("build_up_time", b.build_up_time, {"s", "", between(0, 1e3), between(0, 60)}, {"t_b, from nothing to B.", &kAirBrakes});
-  v.number("dead_time", b.dead_time, {"s", "", between(0, 1e3), between(0, 10)}, {"Of each car's valve, after the signal.", &kAirBrakes});
-  v.number("propagation_speed", b.propagation_speed, {"m/s", "ft/s", between_or_infinite(1, 1e5), between_or_infinite(100, 400)}, {"Of the signal along the brake pipe.", &kPneumatic});
-  v.number("radio_delay", b.radio_delay, {"s", "", between(0, 1e3), between(0, 20)}, {"Of brake sources that vent by radio.", &kRadio});
+  v.choice("law", b.law, kBrakeLaws,
+           "friction: ground.on_track_friction on every car at once, as in the paper; air: an emergency application.");
+  v.number("rolling_resistance", b.rolling_resistance, {"1", "", between(0, 1), between(0, 0.02)},
+           {"Of a car on the rails, over its weight.", &kAirBrakes});
+  v.number("force", b.force, {"1", "", between(0, 1), between(0, 0.2)},
+           {"B: brake force over weight, built up; 0: a runaway.", &kAirBrakes});
+  v.number("build_up_time", b.build_up_time, {"s", "", between(0, 1e3), between(0, 60)},
+           {"t_b, from nothing to B.", &kAirBrakes});
+  v.number("dead_time", b.dead_time, {"s", "", between(0, 1e3), between(0, 10)},
+           {"Of each car's valve, after the signal.", &kAirBrakes});
+  v.number("propagation_speed", b.propagation_speed,
+           {"m/s", "ft/s", between_or_infinite(1, 1e5), between_or_infinite(100, 400)},
+           {"Of the signal along the brake pipe.", &kPneumatic});
+  v.number("radio_delay", b.radio_delay, {"s", "", between(0, 1e3), between(0, 20)},
+           {"Of brake sources that vent by radio.", &kRadio});
   v.choice("signal", b.signal, kBrakeSignals, {"electronic (ECP): all cars at once.", &kAirBrakes});
-  v.number("emergency_time", b.emergency_time, {"s", "", between(-1e4, 1e5), between(-120, 300)}, {"Of the application; left out: when the first coupler breaks.", &kAirBrakes});
+  v.number("emergency_time", b.emergency_time, {"s", "", between(-1e4, 1e5), between(-120, 300)},
+           {"Of the application; left out: when the first coupler breaks.", &kAirBrakes});
 }
 
 template <class V, class C>
 void describe_contact(V& v, C& c) {
-  v.choice("law", c.law, kContactLaws, "none: bodies pass through each other, as in the paper; elastic: they push each other apart.");
-  v.number("stiffness", c.stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e6, 1e9)}, {"k_c, force over depth of two footprints.", &kContact});
-  v.number("restitution", c.restitution, {"1", "", between(0, 1), between(0, 0.9)}, {"Speed after over speed before, of a central hit.", &kContact});
+  v.choice("law", c.law, kContactLaws,
+           "none: bodies pass through each other, as in the paper; elastic: they push each other apart.");
+  v.number("stiffness", c.stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e6, 1e9)},
+           {"k_c, force over depth of two footprints.", &kContact});
+  v.number("restitution", c.restitution, {"1", "", between(0, 1), between(0, 0.9)},
+           {"Speed after over speed before, of a central hit.", &kContact});
   v.number("friction", c.friction, {"1", "", between(0, 10), between(0, 1)}, {"Between two bodies.", &kContact});
-  v.number("crush_force", c.crush_force, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(1e6, 2e7)}, {"Force at which the bodies yield.", &kContact});
+  v.number("crush_force", c.crush_force, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(1e6, 2e7)},
+           {"Force at which the bodies yield.", &kContact});
 }
 
 template <class V, class P>
 void describe_perturbation_sizes(V& v, P& p) {
-  v.number("spacing", p.spacing, {"m", "ft", between(0, 10), between(0, 0.1)}, "Every car but the first starts set back by this times |N(0,1)|.");
-  v.number("yaw_rate", p.yaw_rate, {"1", "", between(0, 10), between(0, 0.5)}, "Omega is multiplied by 1 + this times N(0,1).");
-  v.number("kick", p.kick, {"m/s", "ft/s", between(0, 100), between(0, 2)}, "A truck that runs off at the point of derailment gets this times N(0,1) sideways (rails).");
-  v.number("alignment", p.alignment, {"m", "ft", between(0, 10), between(0, 0.05)}, "Standard deviation of the lateral alignment of the rails.");
+  v.number("spacing", p.spacing, {"m", "ft", between(0, 10), between(0, 0.1)},
+           "Every car but the first starts set back by this times |N(0,1)|.");
+  v.number("yaw_rate", p.yaw_rate, {"1", "", between(0, 10), between(0, 0.5)},
+           "Omega is multiplied by 1 + this times N(0,1).");
+  v.number("kick", p.kick, {"m/s", "ft/s", between(0, 100), between(0, 2)},
+           "A truck that runs off at the point of derailment gets this times N(0,1) sideways (rails).");
+  v.number("alignment", p.alignment, {"m", "ft", between(0, 10), between(0, 0.05)},
+           "Standard deviation of the lateral alignment of the rails.");
 }
 
 template <class V, class P>
@@ -248,54 +307,82 @@ void describe_perturbation(V& v, P& p) {
 
 template <class V, class I>
 void describe_initial(V& v, I& i) {
-  v.number("speed", i.speed, required({"m/s", "mph", between(0, 200), between(0.5, 45)}), "V of all cars, forward along the track.");
-  v.number("yaw_rate", i.yaw_rate, required({"rad/s", "", between(-100, 100), between(-1, 1)}), "Omega of the first car to derail, counter-clockwise; on rails (on_track_law) about its rear truck.");
-  v.integer("cars_ahead", i.cars_ahead, between(0, kCarsMax - 1), false, {"Cars of the consist that have passed the point of derailment unharmed (rails).", &kOnRails});
-  v.group("perturbation", i.perturbation, [](auto& w, auto& p) { describe_perturbation(w, p); }, "Small random differences between members of an ensemble.");
+  v.number("speed", i.speed, required({"m/s", "mph", between(0, 200), between(0.5, 45)}),
+           "V of all cars, forward along the track.");
+  v.number("yaw_rate", i.yaw_rate, required({"rad/s", "", between(-100, 100), between(-1, 1)}),
+           "Omega of the first car to derail, counter-clockwise; on rails (on_track_law) about its rear truck.");
+  v.integer("cars_ahead", i.cars_ahead, between(0, kCarsMax - 1), false,
+            {"Cars of the consist that have passed the point of derailment unharmed (rails).", &kOnRails});
+  v.group(
+      "perturbation", i.perturbation, [](auto& w, auto& p) { describe_perturbation(w, p); },
+      "Small random differences between members of an ensemble.");
 }
 
 template <class V, class S>
 void describe_stop(V& v, S& s) {
-  v.number("speed", s.speed, {"m/s", "ft/s", between(0, 100), between(0, 0.5)}, "The run ends when every truck is slower than this.");
-  v.number("time_max", s.time_max, {"s", "", between(1e-6, 1e5), between(1, 1e3)}, "The run ends at this simulated time at the latest.");
+  v.number("speed", s.speed, {"m/s", "ft/s", between(0, 100), between(0, 0.5)},
+           "The run ends when every truck is slower than this.");
+  v.number("time_max", s.time_max, {"s", "", between(1e-6, 1e5), between(1, 1e3)},
+           "The run ends at this simulated time at the latest.");
 }
 
 template <class V, class O>
 void describe_outcome(V& v, O& o) {
-  v.number("off_track_threshold", o.off_track_threshold, {"m", "ft", between(1e-4, 100), between(0.02, 1)}, "A car counts as off the track once a truck centre has been sideways by more.");
-  v.number("sample_interval", o.sample_interval, {"s", "", between(1e-6, 1), between(1e-4, 0.1)}, "Spacing of the samples in which counts, contacts and the stop rule are looked at.");
+  v.number("off_track_threshold", o.off_track_threshold, {"m", "ft", between(1e-4, 100), between(0.02, 1)},
+           "A car counts as off the track once a truck centre has been sideways by more.");
+  v.number("sample_interval", o.sample_interval, {"s", "", between(1e-6, 1), between(1e-4, 0.1)},
+           "Spacing of the samples in which counts, contacts and the stop rule are looked at.");
 }
 
 template <class V, class O>
 void describe_output(V& v, O& o) {
-  v.number("interval", o.interval, {"s", "", between(1e-6, 10)}, "Grid of simulated time on which states are published and written.");
+  v.number("interval", o.interval, {"s", "", between(1e-6, 10)},
+           "Grid of simulated time on which states are published and written.");
 }
 
 template <class V, class S>
 void describe_solver(V& v, S& s) {
-  v.choice("method", s.method, kMethods, "cash_karp, dormand_prince: explicit Runge-Kutta 5(4); bdf: implicit, banded Newton; semi_implicit: Euler's, for all parts beyond the paper.");
-  v.number("rtol", s.rtol, {"1", "", between(1e-15, 0.1), between(1e-14, 1e-3)}, {"Relative tolerance of the local error.", &kErrorControl});
-  v.number("atol", s.atol, {"1", "", between(1e-18, 0.1), between(1e-16, 1e-3)}, {"Absolute tolerance of the local error in m, rad, m/s, rad/s.", &kErrorControl});
-  v.number("fixed_step", s.fixed_step, {"s", "", between(1e-8, 1), between(1e-6, 0.01)}, "This step instead of error control; not for bdf; semi_implicit must have it.");
+  v.choice("method", s.method, kMethods,
+           "cash_karp, dormand_prince: explicit Runge-Kutta 5(4); bdf: implicit, banded Newton; semi_implicit: "
+           "Euler's, for all parts beyond the paper.");
+  v.number("rtol", s.rtol, {"1", "", between(1e-15, 0.1), between(1e-14, 1e-3)},
+           {"Relative tolerance of the local error.", &kErrorControl});
+  v.number("atol", s.atol, {"1", "", between(1e-18, 0.1), between(1e-16, 1e-3)},
+           {"Absolute tolerance of the local error in m, rad, m/s, rad/s.", &kErrorControl});
+  v.number("fixed_step", s.fixed_step, {"s", "", between(1e-8, 1), between(1e-6, 0.01)},
+           "This step instead of error control; not for bdf; semi_implicit must have it.");
   v.integer("steps_max", s.steps_max, between(1, 1e12), false, "More steps are taken for a failure.");
-  v.number("wall_time_max", s.wall_time_max, {"s", "", between_or_infinite(1e-9, 1e9)}, "More computing than this, by the clock on the wall, is taken for a failure.");
+  v.number("wall_time_max", s.wall_time_max, {"s", "", between_or_infinite(1e-9, 1e9)},
+           "More computing than this, by the clock on the wall, is taken for a failure.");
 }
 
 template <class V, class S>
 void describe(V& v, S& s) {
   v.text("title", s.title, "One line for tables and pictures.");
-  v.list("consist", s.consist, [](auto& w, auto& c) { describe_block(w, c); }, "Blocks of equal cars, counted back from the foremost.", true);
-  v.group("coupler", s.coupler, [](auto& w, auto& c) { describe_coupler(w, c); }, "Couplers, all alike.");
-  v.group("ground", s.ground, [](auto& w, auto& g) { describe_ground(w, g); }, "Friction under the trucks.");
+  v.list(
+      "consist", s.consist, [](auto& w, auto& c) { describe_block(w, c); },
+      "Blocks of equal cars, counted back from the foremost.", true);
+  v.group(
+      "coupler", s.coupler, [](auto& w, auto& c) { describe_coupler(w, c); }, "Couplers, all alike.");
+  v.group(
+      "ground", s.ground, [](auto& w, auto& g) { describe_ground(w, g); }, "Friction under the trucks.");
   v.group("rails", s.rails, [](auto& w, auto& r) { describe_rails(w, r); }, {"Rails that yield.", &kOnRails});
   v.group("track", s.track, [](auto& w, auto& t) { describe_track(w, t); }, {"Curves and grade.", &kOnRails});
-  v.group("brakes", s.brakes, [](auto& w, auto& b) { describe_brakes(w, b); }, "Brakes of the cars on the track.");
-  v.group("contact", s.contact, [](auto& w, auto& c) { describe_contact(w, c); }, "Contact of car bodies.");
-  v.group("initial", s.initial, [](auto& w, auto& i) { describe_initial(w, i); }, "Motion at time 0, in mid-slack on the track.");
-  v.group("stop", s.stop, [](auto& w, auto& r) { describe_stop(w, r); }, "When the run ends.");
-  v.group("outcome", s.outcome, [](auto& w, auto& o) { describe_outcome(w, o); }, "How the outcome is counted.");
-  v.group("output", s.output, [](auto& w, auto& o) { describe_output(w, o); }, "What is published and written.");
-  v.group("solver", s.solver, [](auto& w, auto& o) { describe_solver(w, o); }, "Integration.");
+  v.group(
+      "brakes", s.brakes, [](auto& w, auto& b) { describe_brakes(w, b); }, "Brakes of the cars on the track.");
+  v.group(
+      "contact", s.contact, [](auto& w, auto& c) { describe_contact(w, c); }, "Contact of car bodies.");
+  v.group(
+      "initial", s.initial, [](auto& w, auto& i) { describe_initial(w, i); },
+      "Motion at time 0, in mid-slack on the track.");
+  v.group(
+      "stop", s.stop, [](auto& w, auto& r) { describe_stop(w, r); }, "When the run ends.");
+  v.group(
+      "outcome", s.outcome, [](auto& w, auto& o) { describe_outcome(w, o); }, "How the outcome is counted.");
+  v.group(
+      "output", s.output, [](auto& w, auto& o) { describe_output(w, o); }, "What is published and written.");
+  v.group(
+      "solver", s.solver, [](auto& w, auto& o) { describe_solver(w, o); }, "Integration.");
 }
 
 }  // namespace train_derail::inputs

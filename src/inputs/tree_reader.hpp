@@ -9,8 +9,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include "schema.hpp"
-#include "train_derail/inputs/error.hpp"
 #include "train_derail/files/number.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "yaml.hpp"
@@ -49,12 +49,14 @@ class TreeReader {
         overrides_(overrides),
         places_(places) {
     const std::string here = prefix_.empty() ? "" : prefix_.substr(0, prefix_.size() - 1);
-    if (!node_.IsMap()) throw InputError(where(here, node_), here, written(node_), "not a group of keys", "key: value lines");
+    if (!node_.IsMap())
+      throw InputError(where(here, node_), here, written(node_), "not a group of keys", "key: value lines");
     std::set<std::string> seen;
     for (const auto& item : node_) {
       const std::string key = written(item.first);
       if (!seen.insert(key).second) {
-        throw InputError(where(prefix_ + key, item.first), prefix_ + key, written(item.second), "key given twice", "once");
+        throw InputError(where(prefix_ + key, item.first), prefix_ + key, written(item.second), "key given twice",
+                         "once");
       }
     }
   }
@@ -64,7 +66,8 @@ class TreeReader {
     if (!n) return;
     value = scalar(key, n, "text");
     if (n.Tag() == "?" && rewritten_number(value)) {
-      fail(key, n, "a number where text is wanted: roslaunch (YAML 1.1) would write it otherwise", "\"" + value + "\" in quotes");
+      fail(key, n, "a number where text is wanted: roslaunch (YAML 1.1) would write it otherwise",
+           "\"" + value + "\" in quotes");
     }
   }
 
@@ -186,7 +189,8 @@ class TreeReader {
     return n;
   }
 
-  [[noreturn]] void fail(const char* key, const YAML::Node& n, const std::string& problem, const std::string& allowed) const {
+  [[noreturn]] void fail(const char* key, const YAML::Node& n, const std::string& problem,
+                         const std::string& allowed) const {
     throw InputError(where(prefix_ + key, n), prefix_ + key, written(n), problem, allowed);
   }
 
@@ -206,7 +210,8 @@ class TreeReader {
     try {
       return to_si(text, q.unit);
     } catch (const std::invalid_argument& e) {
-      const std::string example = *q.shown != '\0' ? fmt::format(" (a number, or with a unit as in \"1 {}\")", q.shown) : "";
+      const std::string example =
+          *q.shown != '\0' ? fmt::format(" (a number, or with a unit as in \"1 {}\")", q.shown) : "";
       fail(key, n, e.what(), allowed + example);
     }
   }

@@ -37,8 +37,8 @@ using Converter = std::unique_ptr<cv_converter, ConverterDeleter>;
 
 std::string quoted(std::string_view text) { return "'" + printable(text, kShownMax) + "'"; }
 
-/// Units with an SI prefix that trains are measured in. UDUNITS takes any prefix before any name, and so "kmph" for 1000 mph, "Mkip"
-/// and "mmph"; here others are unknown.
+/// Units with an SI prefix that trains are measured in. UDUNITS takes any prefix before any name, and so "kmph" for
+/// 1000 mph, "Mkip" and "mmph"; here others are unknown.
 bool known_with_prefix(std::string_view name) {
   struct Prefixes {
     std::string_view base;
@@ -54,13 +54,16 @@ bool known_with_prefix(std::string_view name) {
                                     {"Pa", {"k", "M", "G"}}};
   for (const Prefixes& p : kShort) {
     for (const std::string_view prefix : p.prefixes) {
-      if (name.size() == prefix.size() + p.base.size() && name.substr(0, prefix.size()) == prefix && name.substr(prefix.size()) == p.base) return true;
+      if (name.size() == prefix.size() + p.base.size() && name.substr(0, prefix.size()) == prefix &&
+          name.substr(prefix.size()) == p.base)
+        return true;
     }
   }
   for (const std::string_view prefix : kLongPrefixes) {
     if (name.substr(0, prefix.size()) != prefix) continue;
-    for (const std::string_view base : {"meter", "meters", "metre", "metres", "gram", "grams", "newton", "newtons", "second", "seconds",
-                                        "radian", "radians", "joule", "joules", "pascal", "pascals"}) {
+    for (const std::string_view base :
+         {"meter", "meters", "metre", "metres", "gram", "grams", "newton", "newtons", "second", "seconds", "radian",
+          "radians", "joule", "joules", "pascal", "pascals"}) {
       if (name.substr(prefix.size()) == base) return true;
     }
   }
@@ -83,7 +86,8 @@ class Database {
   /// Whether a name stands for a unit as it is, or with a prefix that is meant.
   bool knows(const std::string& name) const {
     if (known_with_prefix(name)) return true;
-    return Unit(ut_get_unit_by_name(system_.get(), name.c_str())) || Unit(ut_get_unit_by_symbol(system_.get(), name.c_str()));
+    return Unit(ut_get_unit_by_name(system_.get(), name.c_str())) ||
+           Unit(ut_get_unit_by_symbol(system_.get(), name.c_str()));
   }
 
   static bool convertible(const Unit& a, const Unit& b) { return a && b && ut_are_convertible(a.get(), b.get()) != 0; }
@@ -109,7 +113,8 @@ class Database {
   Database() {
     ut_set_error_message_handler(ut_ignore);
     system_.reset(ut_read_xml(nullptr));
-    if (!system_) throw std::runtime_error("UDUNITS-2 cannot read its unit database (environment variable UDUNITS2_XML_PATH?)");
+    if (!system_)
+      throw std::runtime_error("UDUNITS-2 cannot read its unit database (environment variable UDUNITS2_XML_PATH?)");
     // Names railways use; without these UDUNITS would read "mph" as milliphot.
     alias("mph", "mile/hour");
     alias("kph", "km/hour");
@@ -128,7 +133,8 @@ class Database {
   std::unique_ptr<ut_system, SystemDeleter> system_;
 };
 
-/// Units that nearly every scenario has. UDUNITS knows them as well; but reading its database takes longer than most runs.
+/// Units that nearly every scenario has. UDUNITS knows them as well; but reading its database takes longer than most
+/// runs.
 struct CommonUnit {
   std::string_view unit, si_unit;
   double in_si;
@@ -139,8 +145,8 @@ constexpr CommonUnit kCommonUnits[] = {
     {"mph", "m/s", kMph},
     {"kip", "N", kKip},
     {"lbf/ft", "N/m", kPoundForce / kFoot},
-    {"lbf ft", "N m", kPoundForce * kFoot},
-    {"lbf ft/rad", "N m/rad", kPoundForce * kFoot},
+    {"lbf ft", "N m", kPoundForce* kFoot},
+    {"lbf ft/rad", "N m/rad", kPoundForce* kFoot},
     {"deg", "rad", kDegree},
     {"m", "m", 1.0},
     {"m/s", "m/s", 1.0},
@@ -179,7 +185,8 @@ const std::initializer_list<Advice> kAdvice{
 std::string bare(std::string_view unit) {
   std::string out;
   for (const char c : unit) {
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0) out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   }
   return out;
 }
@@ -196,16 +203,46 @@ bool one_slip(std::string_view a, std::string_view b) {
 
 /// " (probably km/h)", or the units there are for the quantity.
 std::string advice(std::string_view unit, std::string_view si_unit) {
-  const auto* known = std::find_if(kAdvice.begin(), kAdvice.end(), [&](const Advice& a) { return a.si_unit == si_unit; });
+  const auto* known =
+      std::find_if(kAdvice.begin(), kAdvice.end(), [&](const Advice& a) { return a.si_unit == si_unit; });
   if (known == kAdvice.end()) return "";
   struct Slip {
     std::string_view written, meant;
   };
-  static constexpr Slip kSlips[] = {{"kmph", "km/h"}, {"kms", "km/h"}, {"kmhr", "km/h"}, {"kmperh", "km/h"}, {"kmperhour", "km/h"}, {"kmphr", "km/h"},
-                                    {"mps", "m/s"},   {"fps", "ft/s"}, {"kts", "knot"},  {"kt", "knot"},     {"kn", "knot"},        {"mip", "mph"},
-                                    {"ftlb", "lbf ft"}, {"ftlbf", "lbf ft"}, {"ftlbs", "lbf ft"}, {"lbft", "lbf ft"}, {"lbsft", "lbf ft"}, {"klb", "kip"},
-                                    {"klbf", "kip"},  {"tf", "tonf"},  {"m", "min"},     {"sek", "s"},       {"msec", "ms"},        {"k", "kip"},
-                                    {"kp", "kgf"},    {"rads", "rad/s"}, {"degs", "deg/s"}, {"klbs", "kip"}, {"ftlb", "lbf ft/rad"}, {"ftlbf", "lbf ft/rad"}, {"ftlbrad", "lbf ft/rad"}, {"ftlbfrad", "lbf ft/rad"}, {"lbftrad", "lbf ft/rad"}, {"dps", "deg/s"}};
+  static constexpr Slip kSlips[] = {{"kmph", "km/h"},
+                                    {"kms", "km/h"},
+                                    {"kmhr", "km/h"},
+                                    {"kmperh", "km/h"},
+                                    {"kmperhour", "km/h"},
+                                    {"kmphr", "km/h"},
+                                    {"mps", "m/s"},
+                                    {"fps", "ft/s"},
+                                    {"kts", "knot"},
+                                    {"kt", "knot"},
+                                    {"kn", "knot"},
+                                    {"mip", "mph"},
+                                    {"ftlb", "lbf ft"},
+                                    {"ftlbf", "lbf ft"},
+                                    {"ftlbs", "lbf ft"},
+                                    {"lbft", "lbf ft"},
+                                    {"lbsft", "lbf ft"},
+                                    {"klb", "kip"},
+                                    {"klbf", "kip"},
+                                    {"tf", "tonf"},
+                                    {"m", "min"},
+                                    {"sek", "s"},
+                                    {"msec", "ms"},
+                                    {"k", "kip"},
+                                    {"kp", "kgf"},
+                                    {"rads", "rad/s"},
+                                    {"degs", "deg/s"},
+                                    {"klbs", "kip"},
+                                    {"ftlb", "lbf ft/rad"},
+                                    {"ftlbf", "lbf ft/rad"},
+                                    {"ftlbrad", "lbf ft/rad"},
+                                    {"ftlbfrad", "lbf ft/rad"},
+                                    {"lbftrad", "lbf ft/rad"},
+                                    {"dps", "deg/s"}};
   const std::string written = bare(unit);
   const auto probably = [](const char* meant) { return fmt::format(" (probably {})", meant); };
   for (const Slip& slip : kSlips) {
@@ -226,8 +263,9 @@ std::string advice(std::string_view unit, std::string_view si_unit) {
 
 bool digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
-/// The unit as UDUNITS is to read it: names that are known as they are, joined by spaces, '*', '.', '-', '/' or "per", with whole
-/// exponents, and numbers in parentheses alone, as in "deg/(100 ft)". UDUNITS itself takes much more: "37 mph 2" for 74 mph.
+/// The unit as UDUNITS is to read it: names that are known as they are, joined by spaces, '*', '.', '-', '/' or "per",
+/// with whole exponents, and numbers in parentheses alone, as in "deg/(100 ft)". UDUNITS itself takes much more: "37
+/// mph 2" for 74 mph.
 std::string checked(const Database& units, std::string_view text, std::string_view si_unit) {
   std::string out;
   const auto unknown = [&] { refuse("unknown unit " + quoted(text) + advice(text, si_unit)); };
@@ -236,8 +274,9 @@ std::string checked(const Database& units, std::string_view text, std::string_vi
   for (std::string_view rest = text; !rest.empty();) {
     const files::Character c = files::first_character(rest);
     const auto is_letter = [](const files::Character& x) {
-      return x.valid && ((x.code < 0x80 && (std::isalpha(static_cast<int>(x.code)) != 0 || x.code == '_' || x.code == '%')) || x.code == 0xb5 ||
-                         x.code == 0x3bc || x.code == 0xb0);
+      return x.valid &&
+             ((x.code < 0x80 && (std::isalpha(static_cast<int>(x.code)) != 0 || x.code == '_' || x.code == '%')) ||
+              x.code == 0xb5 || x.code == 0x3bc || x.code == 0xb0);
     };
     if (is_letter(c)) {
       std::size_t size = 0;
@@ -272,10 +311,12 @@ std::string checked(const Database& units, std::string_view text, std::string_vi
       continue;
     }
     if (!c.valid || c.code >= 0x80) {
-      refuse(fmt::format("unit {} with a character that belongs to none (U+{:04X})", quoted(text), static_cast<unsigned>(c.code)));
+      refuse(fmt::format("unit {} with a character that belongs to none (U+{:04X})", quoted(text),
+                         static_cast<unsigned>(c.code)));
     }
     const char ch = rest[0];
-    if (after_name && (digit(ch) || ch == '^' || rest.substr(0, 2) == "**" || (ch == '-' && rest.size() > 1 && digit(rest[1])))) {
+    if (after_name &&
+        (digit(ch) || ch == '^' || rest.substr(0, 2) == "**" || (ch == '-' && rest.size() > 1 && digit(rest[1])))) {
       std::string exponent;
       if (ch == '^') rest.remove_prefix(1);
       if (ch == '*') rest.remove_prefix(2);
@@ -283,15 +324,18 @@ std::string checked(const Database& units, std::string_view text, std::string_vi
         if (rest[0] == '-') exponent = "-";
         rest.remove_prefix(1);
       }
-      if (rest.empty() || !digit(rest[0]) || rest[0] > '4' || (rest.size() > 1 && (digit(rest[1]) || rest[1] == '.'))) unknown();
+      if (rest.empty() || !digit(rest[0]) || rest[0] > '4' || (rest.size() > 1 && (digit(rest[1]) || rest[1] == '.')))
+        unknown();
       out += exponent + rest[0];
       rest.remove_prefix(1);
       after_name = false;
       continue;
     }
     if (digit(ch)) {
-      const bool in_parentheses = !out.empty() && out.back() == '(', reciprocal = out.empty() && rest.size() > 1 && ch == '1' && rest[1] == '/';
-      if (!in_parentheses && !reciprocal) refuse("a second number in " + quoted(text) + ": one number and one unit are wanted" + advice(text, si_unit));
+      const bool in_parentheses = !out.empty() && out.back() == '(',
+                 reciprocal = out.empty() && rest.size() > 1 && ch == '1' && rest[1] == '/';
+      if (!in_parentheses && !reciprocal)
+        refuse("a second number in " + quoted(text) + ": one number and one unit are wanted" + advice(text, si_unit));
       std::size_t size = 0;
       while (size < rest.size() && (digit(rest[size]) || rest[size] == '.')) ++size;
       out += rest.substr(0, size);
@@ -360,7 +404,8 @@ double to_si(const std::string& text, const std::string& si_unit) {
 
   if (rest[0] == ',') refuse("a comma in a number: a decimal point is wanted (0.5), and nothing between thousands");
   if (rest[0] == '_') refuse("an underscore in a number");
-  if (number == 0.0 && (rest[0] == 'x' || rest[0] == 'X') && rest.size() > 1 && std::isxdigit(static_cast<unsigned char>(rest[1])) != 0) {
+  if (number == 0.0 && (rest[0] == 'x' || rest[0] == 'X') && rest.size() > 1 &&
+      std::isxdigit(static_cast<unsigned char>(rest[1])) != 0) {
     refuse("a hexadecimal number");
   }
   // What follows a point or a digit is no unit: "0.15.2".
@@ -382,8 +427,10 @@ double to_si(const std::string& text, const std::string& si_unit) {
       const auto rounded = [](double v) { return v < 100.0 ? fmt::format("{:.3g}", v) : fmt::format("{:.0f}", v); };
       refuse(fmt::format("a mass; as a weight: {} kN, {} kip", rounded(1e-3 * weight), rounded(weight / kKip)));
     }
-    if (Database::convertible(Database::product(unit, gravity), to)) refuse(wrong + ": a mass in place of a force (lbf, kgf or N for lb or kg)");
-    if (Database::convertible(unit, Database::product(to, gravity))) refuse(wrong + ": a force in place of a mass (lb or kg for lbf, kgf or N)");
+    if (Database::convertible(Database::product(unit, gravity), to))
+      refuse(wrong + ": a mass in place of a force (lbf, kgf or N for lb or kg)");
+    if (Database::convertible(unit, Database::product(to, gravity)))
+      refuse(wrong + ": a force in place of a mass (lb or kg for lbf, kgf or N)");
     refuse(wrong);
   }
   const bool angle = Database::angular(unit);
@@ -404,7 +451,8 @@ double from_si(double value, const std::string& si_unit, const std::string& unit
   const Unit from = units.parse(si_unit), to = units.parse(checked(units, unit, si_unit));
   if (!from) refuse("unknown unit " + quoted(si_unit));
   if (!to) refuse("unknown unit " + quoted(unit));
-  if (!Database::convertible(from, to)) refuse(fmt::format("wrong dimension: '{}' cannot be converted to {}", si_unit, quoted(unit)));
+  if (!Database::convertible(from, to))
+    refuse(fmt::format("wrong dimension: '{}' cannot be converted to {}", si_unit, quoted(unit)));
   return Database::convert(from, to, value);
 }
 

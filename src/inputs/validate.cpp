@@ -22,10 +22,12 @@ std::string method_name(Method method) {
 void check_parts(const Scenario& s) {
   const std::string part = first_part_beyond_the_paper(s);
   if (!part.empty() && s.solver.method != Method::semi_implicit) {
-    refuse("solver.method", method_name(s.solver.method), fmt::format("{} makes the motion not smooth", part), "semi_implicit");
+    refuse("solver.method", method_name(s.solver.method), fmt::format("{} makes the motion not smooth", part),
+           "semi_implicit");
   }
   if (s.solver.method == Method::semi_implicit) {
-    if (!s.solver.fixed_step) refuse("solver.fixed_step", "", "missing: semi_implicit has no error control", "(0, 1] s");
+    if (!s.solver.fixed_step)
+      refuse("solver.fixed_step", "", "missing: semi_implicit has no error control", "(0, 1] s");
     if (s.ground.on_track_law == OnTrackLaw::guided) {
       refuse("ground.on_track_law", "guided", "constraints are for the other methods", "rails, isotropic, along_track");
     }
@@ -38,7 +40,8 @@ void check_parts(const Scenario& s) {
   needs_rails(s.track.grade != 0.0, "track.grade", fmt::format("{}", s.track.grade));
   needs_rails(!s.track.curves.empty(), "track.curves", fmt::format("{} curves", s.track.curves.size()));
   needs_rails(s.initial.cars_ahead > 0, "initial.cars_ahead", fmt::format("{}", s.initial.cars_ahead));
-  needs_rails(s.initial.perturbation.kick > 0.0, "initial.perturbation.kick", fmt::format("{}", s.initial.perturbation.kick));
+  needs_rails(s.initial.perturbation.kick > 0.0, "initial.perturbation.kick",
+              fmt::format("{}", s.initial.perturbation.kick));
   needs_rails(s.initial.perturbation.alignment > 0.0, "initial.perturbation.alignment",
               fmt::format("{}", s.initial.perturbation.alignment));
   for (std::size_t i = 1; i < s.track.curves.size(); ++i) {
@@ -51,7 +54,9 @@ void check_parts(const Scenario& s) {
   for (std::size_t i = 0; i < s.ground.patches.size(); ++i) {
     const GroundPatch& p = s.ground.patches[i];
     const auto rises = [&](const char* name, double from, double to) {
-      if (!(from < to)) refuse(fmt::format("ground.patches[{}].{}", i, name), fmt::format("{}", to), "empty patch", fmt::format("> {} m", from));
+      if (!(from < to))
+        refuse(fmt::format("ground.patches[{}].{}", i, name), fmt::format("{}", to), "empty patch",
+               fmt::format("> {} m", from));
     };
     rises("x_to", p.x_from, p.x_to);
     rises("y_to", p.y_from, p.y_to);
@@ -66,16 +71,18 @@ void check_counts(const Scenario& s) {
            fmt::format("at most {:.0f}, so >= {:.6g}", most, divided / most));
   };
   const double time = s.stop.time_max;
-  check(time / s.outcome.sample_interval, kSamplesMax, "outcome.sample_interval", s.outcome.sample_interval, "samples up to stop.time_max", time);
-  check(time / s.output.interval, kOutputsMax, "output.interval", s.output.interval, "points up to stop.time_max", time);
+  check(time / s.outcome.sample_interval, kSamplesMax, "outcome.sample_interval", s.outcome.sample_interval,
+        "samples up to stop.time_max", time);
+  check(time / s.output.interval, kOutputsMax, "output.interval", s.output.interval, "points up to stop.time_max",
+        time);
   if (s.solver.fixed_step) {
-    check(time / *s.solver.fixed_step, static_cast<double>(s.solver.steps_max), "solver.fixed_step", *s.solver.fixed_step,
-          "steps up to stop.time_max, beyond solver.steps_max", time);
+    check(time / *s.solver.fixed_step, static_cast<double>(s.solver.steps_max), "solver.fixed_step",
+          *s.solver.fixed_step, "steps up to stop.time_max, beyond solver.steps_max", time);
   }
   if (s.ground.on_track_law == OnTrackLaw::rails && s.rails.torn_length > 0.0) {
     const TrackExtent e = track_extent(s);
-    check((e.to - e.from) / s.rails.torn_length, kTornBinsMax, "rails.torn_length", s.rails.torn_length, "lengths of track that may be torn",
-          e.to - e.from);
+    check((e.to - e.from) / s.rails.torn_length, kTornBinsMax, "rails.torn_length", s.rails.torn_length,
+          "lengths of track that may be torn", e.to - e.from);
   }
   const auto items = [](std::size_t count, std::size_t most, const char* key) {
     if (count > most) refuse(key, fmt::format("{} items", count), "too many", fmt::format("at most {}", most));
@@ -104,9 +111,10 @@ void check_across(const Scenario& s) {
     if (b.yaw_inertia) {
       const double unit = b.weight / kStandardGravity * b.length * b.length;
       if (!kYawInertiaFactors.contains(*b.yaw_inertia / unit)) {
-        refuse(key("yaw_inertia"), fmt::format("{}", *b.yaw_inertia), fmt::format("{:.3g} of M L^2", *b.yaw_inertia / unit),
-               fmt::format("[{:.4g}, {:.4g}] kg m2: {} to {} of M L^2", kYawInertiaFactors.min * unit, kYawInertiaFactors.max * unit,
-                           kYawInertiaFactors.min, kYawInertiaFactors.max));
+        refuse(key("yaw_inertia"), fmt::format("{}", *b.yaw_inertia),
+               fmt::format("{:.3g} of M L^2", *b.yaw_inertia / unit),
+               fmt::format("[{:.4g}, {:.4g}] kg m2: {} to {} of M L^2", kYawInertiaFactors.min * unit,
+                           kYawInertiaFactors.max * unit, kYawInertiaFactors.min, kYawInertiaFactors.max));
       }
     }
     cars += b.count;

@@ -33,8 +33,8 @@ class UsualChecker {
     const auto bare = [](const std::string& s) { return s.substr(0, s.find(' ')); };
     const bool more = value > q.usual.min;
     out_.push_back({prefix_ + key, end(value),
-                    fmt::format("{} than usual: {} to {}{}", more ? "more" : "less", bare(end(q.usual.min)), end(q.usual.max),
-                                q.usual.infinite ? ", or .inf" : "")});
+                    fmt::format("{} than usual: {} to {}{}", more ? "more" : "less", bare(end(q.usual.min)),
+                                end(q.usual.max), q.usual.infinite ? ", or .inf" : "")});
   }
   void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
     if (value) number(key, *value, q, doc);
@@ -51,7 +51,8 @@ class UsualChecker {
   template <class G, class F>
   void list(const char* key, const std::vector<G>& items, F describe_it, const Doc& doc, bool) {
     for (std::size_t i = 0; i < items.size(); ++i) {
-      UsualChecker child(out_, fmt::format("{}{}[{}].", prefix_, key, i), scenario_, idle_because(scenario_, idle_, doc));
+      UsualChecker child(out_, fmt::format("{}{}[{}].", prefix_, key, i), scenario_,
+                         idle_because(scenario_, idle_, doc));
       describe_it(child, items[i]);
     }
   }
@@ -81,7 +82,8 @@ std::map<std::string, std::string> defaults() {
 
 Warning idle(const KeyValue& v) {
   const bool number = !v.unit.empty() && !v.whole && v.value != ".inf";
-  return {v.key, number ? shown(to_si(v.value, v.unit), v.unit, v.shown_unit) : v.value, "no effect: it acts with " + v.acts_with};
+  return {v.key, number ? shown(to_si(v.value, v.unit), v.unit, v.shown_unit) : v.value,
+          "no effect: it acts with " + v.acts_with};
 }
 
 bool is_locomotive(const CarBlock& b) { return b.name.find("locomotive") != std::string::npos; }
@@ -90,8 +92,8 @@ bool is_passenger_car(const std::string& name) {
   std::string lower;
   for (const char c : name) lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   const auto has = [&](const char* word) { return lower.find(word) != std::string::npos; };
-  return has("passenger") || has("coach") || has("sleep") || has("diner") || has("multiple_unit") || has("emu") || has("dmu") || has("tram") ||
-         has("metro");
+  return has("passenger") || has("coach") || has("sleep") || has("diner") || has("multiple_unit") || has("emu") ||
+         has("dmu") || has("tram") || has("metro");
 }
 
 /// Trains of which nothing was compared with reality: what this program knows of accidents is North American freight.
@@ -99,16 +101,19 @@ void judge_train(const Scenario& s, std::vector<Warning>& out) {
   for (std::size_t i = 0; i < s.consist.size(); ++i) {
     if (!is_passenger_car(s.consist[i].name)) continue;
     out.push_back({fmt::format("consist[{}].name", i), s.consist[i].name,
-                   "a passenger car: nothing here was compared with derailments of passenger trains; config/passenger.yaml has couplers and "
+                   "a passenger car: nothing here was compared with derailments of passenger trains; "
+                   "config/passenger.yaml has couplers and "
                    "brakes of such trains with their sources"});
     return;
   }
   const bool parts = s.ground.on_track_law == OnTrackLaw::rails && s.brakes.law == BrakeLaw::air;
   if (!parts) return;
-  constexpr double kWeakestFreightCoupler = 1.0e6, kLoadedCar = 1.0e6;  // N; below the fitted range of North American freight
+  constexpr double kWeakestFreightCoupler = 1.0e6,
+                   kLoadedCar = 1.0e6;  // N; below the fitted range of North American freight
   if (s.coupler.break_draft < kWeakestFreightCoupler) {
     out.push_back({"coupler.break_draft", shown(s.coupler.break_draft, "N", "kip"),
-                   "a screw coupling, not one of North American freight cars: nothing here was compared with derailments of such trains; "
+                   "a screw coupling, not one of North American freight cars: nothing here was compared with "
+                   "derailments of such trains; "
                    "config/uic_freight.yaml has couplers and brakes of UIC freight trains with their sources"});
     return;
   }
@@ -121,7 +126,8 @@ void judge_train(const Scenario& s, std::vector<Warning>& out) {
   }
   if (cars > 0 && weight < cars * kLoadedCar) {
     out.push_back({"consist", shown(weight / cars, "N", "kip") + " a car",
-                   "lighter than the loaded North American cars (263 to 286 kip) that the couplers, brakes and rails of config/accident.yaml "
+                   "lighter than the loaded North American cars (263 to 286 kip) that the couplers, brakes and rails "
+                   "of config/accident.yaml "
                    "were fitted to; UIC trains: config/uic_freight.yaml"});
   }
 }
@@ -152,7 +158,8 @@ std::vector<Warning> warnings(const Scenario& scenario, const std::vector<Overri
   std::vector<Warning> out = warnings(scenario);
   for (const KeyValue& v : key_values(scenario)) {
     const auto is_it = [&](const auto& x) { return x.key == v.key; };
-    if (!v.acts_with.empty() && std::any_of(given.begin(), given.end(), is_it) && std::none_of(out.begin(), out.end(), is_it)) {
+    if (!v.acts_with.empty() && std::any_of(given.begin(), given.end(), is_it) &&
+        std::none_of(out.begin(), out.end(), is_it)) {
       out.push_back(idle(v));
     }
   }

@@ -33,7 +33,8 @@ class Writer {
   }
   template <class I>
   void integer(const char* key, I value, const Range&, bool, const Doc&) {
-    const bool small = static_cast<std::int64_t>(value) <= std::numeric_limits<std::int32_t>::max();  // roslaunch takes no others
+    const bool small =
+        static_cast<std::int64_t>(value) <= std::numeric_limits<std::int32_t>::max();  // roslaunch takes no others
     line(key, fmt::format(small ? "{}" : "\"{}\"", value));
   }
   template <class E, class N>
@@ -59,7 +60,8 @@ class Writer {
 
  private:
   void line(const char* key, const std::string& value, const std::string& comment = "") {
-    out_ += fmt::format("{}{}:{}{}{}\n", first_, key, value.empty() ? "" : " ", value, comment.empty() ? "" : "  # " + comment);
+    out_ += fmt::format("{}{}:{}{}{}\n", first_, key, value.empty() ? "" : " ", value,
+                        comment.empty() ? "" : "  # " + comment);
     first_ = indent_;
   }
 
@@ -78,7 +80,8 @@ Scenario with_defaults(Scenario s) {
 
 class Lister {
  public:
-  Lister(std::string& out, std::string prefix, const When* when = nullptr) : out_(out), prefix_(std::move(prefix)), when_(when) {}
+  Lister(std::string& out, std::string prefix, const When* when = nullptr)
+      : out_(out), prefix_(std::move(prefix)), when_(when) {}
 
   void text(const char* key, const std::string& value, const Doc& doc) {
     row(key, "text", nlohmann::json(value).dump(), doc);
@@ -122,7 +125,8 @@ class Lister {
   void row(const char* key, const std::string& allowed, const std::string& preset, const Doc& doc) {
     out_ += fmt::format("{}\n    allowed: {}\n    default: {}\n    {}\n", prefix_ + key, allowed, preset, doc.text);
     // The narrower condition alone: those of keys within a group imply the group's.
-    if (const When* when = doc.when != nullptr ? doc.when : when_) out_ += fmt::format("    acts with: {}\n", when->text);
+    if (const When* when = doc.when != nullptr ? doc.when : when_)
+      out_ += fmt::format("    acts with: {}\n", when->text);
   }
   std::string& out_;
   std::string prefix_;

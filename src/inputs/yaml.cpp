@@ -14,8 +14,8 @@
 #include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/eventhandler.h>
 
-#include "train_derail/files/text.hpp"
 #include "train_derail/files/number.hpp"
+#include "train_derail/files/text.hpp"
 
 namespace train_derail::inputs {
 
@@ -65,7 +65,8 @@ bool timestamp(std::string_view text) {
   return number(1, 2) && one(':') && number(2, 2) && one(':') && number(2, 2);
 }
 
-/// How PyYAML (and rosparam) resolves a scalar without quotes: its implicit resolvers, as far as they differ from taking it as text.
+/// How PyYAML (and rosparam) resolves a scalar without quotes: its implicit resolvers, as far as they differ from
+/// taking it as text.
 enum class Kind { text, truth, integer, real, date, value, merge, angle };
 
 struct Resolved {
@@ -74,8 +75,8 @@ struct Resolved {
 };
 
 Resolved resolve(std::string_view s) {
-  for (const char* word : {"yes", "Yes", "YES", "no", "No", "NO", "true", "True", "TRUE", "false", "False", "FALSE", "on", "On", "ON",
-                           "off", "Off", "OFF"}) {
+  for (const char* word : {"yes", "Yes", "YES", "no", "No", "NO", "true", "True", "TRUE", "false", "False", "FALSE",
+                           "on", "On", "ON", "off", "Off", "OFF"}) {
     if (s == word) return {Kind::truth};
   }
   if (s == "=") return {Kind::value};
@@ -114,7 +115,12 @@ Resolved resolve(std::string_view s) {
     });
     return r.empty() ? Resolved{Kind::integer, false} : Resolved{};
   }
-  const std::string_view whole = r.substr(0, r.size() - [&] { std::string_view t = r; take(t, digit_or_underscore); return t.size(); }());
+  const std::string_view whole = r.substr(
+      0, r.size() - [&] {
+        std::string_view t = r;
+        take(t, digit_or_underscore);
+        return t.size();
+      }());
   r.remove_prefix(whole.size());
   if (!r.empty() && r[0] == ':') {
     if (!take_sexagesimal(r)) return {};
@@ -126,7 +132,8 @@ Resolved resolve(std::string_view s) {
   }
   if (r.empty()) {
     if (whole[0] != '0' || whole.size() == 1) return {Kind::integer, !underscore};
-    const bool octal = std::all_of(whole.begin(), whole.end(), [](char c) { return (c >= '0' && c <= '7') || c == '_'; });
+    const bool octal =
+        std::all_of(whole.begin(), whole.end(), [](char c) { return (c >= '0' && c <= '7') || c == '_'; });
     return octal ? Resolved{Kind::integer, false} : Resolved{};
   }
   if (r[0] != '.') return {};
@@ -154,32 +161,39 @@ class Inspector final : public YAML::EventHandler {
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { leaf(mark, anchor); }
 
   void OnAnchor(const YAML::Mark& mark, const std::string& name) override {
-    if (!names_.insert(name).second) refuse(mark, "", "an anchor of this name is there already: roslaunch refuses that", "each &name once");
+    if (!names_.insert(name).second)
+      refuse(mark, "", "an anchor of this name is there already: roslaunch refuses that", "each &name once");
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchors_.find(anchor);
-    if (known == anchors_.end()) refuse(mark, "", "an alias inside of what it stands for", "anchors (&name) that end before their aliases (*name)");
+    if (known == anchors_.end())
+      refuse(mark, "", "an alias inside of what it stands for",
+             "anchors (&name) that end before their aliases (*name)");
     add(mark, known->second.nodes, known->second.levels);
     item();
   }
 
-  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& value) override {
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
     check_tag(mark, tag, value);
     const bool key = next_is_key();
     if (roslaunch_reads_it_ && tag == "?" && !(key && value == "<<")) {
       if (const std::string other = other_reading(value); !other.empty()) {
-        refuse(mark, value, "under roslaunch (YAML 1.1) this is " + other, "\"" + value + "\" in quotes, or written otherwise");
+        refuse(mark, value, "under roslaunch (YAML 1.1) this is " + other,
+               "\"" + value + "\" in quotes, or written otherwise");
       }
     }
     leaf(mark, anchor);
   }
 
-  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
     begin(mark, tag, anchor, false);
   }
   void OnSequenceEnd() override { end(); }
-  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
     begin(mark, tag, anchor, true);
   }
   void OnMapEnd() override { end(); }
@@ -195,7 +209,8 @@ class Inspector final : public YAML::EventHandler {
   };
 
   static void check_tag(const YAML::Mark& mark, const std::string& tag, const std::string& value) {
-    if (tag != "?" && tag != "!" && !tag.empty()) refuse(mark, value, "a tag (" + tag + ")", "plain YAML without !tags");
+    if (tag != "?" && tag != "!" && !tag.empty())
+      refuse(mark, value, "a tag (" + tag + ")", "plain YAML without !tags");
   }
 
   bool next_is_key() const { return !open_.empty() && open_.back().map && !open_.back().at_value; }
@@ -206,9 +221,11 @@ class Inspector final : public YAML::EventHandler {
   /// `levels` below the place where the parser is.
   void add(const YAML::Mark& mark, std::size_t nodes, std::size_t levels) {
     nodes_ += nodes;
-    if (nodes_ > kYamlNodesMax) refuse(mark, "", "too many values", fmt::format("at most {}, with aliases expanded", kYamlNodesMax));
+    if (nodes_ > kYamlNodesMax)
+      refuse(mark, "", "too many values", fmt::format("at most {}, with aliases expanded", kYamlNodesMax));
     const std::size_t level = open_.size() + levels;
-    if (level > kYamlDepthMax) refuse(mark, "", "nested too deeply", fmt::format("at most {} levels, with aliases expanded", kYamlDepthMax));
+    if (level > kYamlDepthMax)
+      refuse(mark, "", "nested too deeply", fmt::format("at most {} levels, with aliases expanded", kYamlDepthMax));
     if (!open_.empty()) open_.back().deepest = std::max(open_.back().deepest, level);
   }
 
@@ -248,10 +265,13 @@ void check_characters(std::string_view text) {
   if (text.substr(0, 3) == "\xef\xbb\xbf") text.remove_prefix(3);
   while (!text.empty()) {
     const files::Character c = files::first_character(text);
-    if (!c.valid) throw YamlMistake{line, "", fmt::format("a byte that is no UTF-8 (0x{:02x})", static_cast<unsigned>(c.code)), "text in UTF-8"};
+    if (!c.valid)
+      throw YamlMistake{line, "", fmt::format("a byte that is no UTF-8 (0x{:02x})", static_cast<unsigned>(c.code)),
+                        "text in UTF-8"};
     if (c.code == '\t' && !comment) throw YamlMistake{line, "", "a tab", "spaces; in quotes \\t"};
     if (files::is_control(c.code) && c.code != '\n' && c.code != '\r' && c.code != '\t') {
-      throw YamlMistake{line, "", fmt::format("a control character (U+{:04X})", static_cast<unsigned>(c.code)), "printable characters; in quotes \\x.."};
+      throw YamlMistake{line, "", fmt::format("a control character (U+{:04X})", static_cast<unsigned>(c.code)),
+                        "printable characters; in quotes \\x.."};
     }
     if (c.code == '#' && space) comment = true;
     space = c.code == ' ' || c.code == '\t';
@@ -289,7 +309,8 @@ void resolve_merges(YAML::Node node) {
   if (merge_keys.empty()) return;
   if (merge_keys.size() > 1) refuse(merge_keys[1].Mark(), "<<", "key given twice", "once: <<: [*one, *other]");
   const auto merge = [&](const YAML::Node& source) {
-    if (!source.IsMap()) refuse(merge_keys[0].Mark(), "<<", "merges what is not a group of keys", "<<: *name or <<: [*one, *other]");
+    if (!source.IsMap())
+      refuse(merge_keys[0].Mark(), "<<", "merges what is not a group of keys", "<<: *name or <<: [*one, *other]");
     std::vector<std::pair<YAML::Node, YAML::Node>> added;
     for (const auto& item : source) {
       if (item.first.IsScalar() && own.insert(item.first.Scalar()).second) added.emplace_back(item.first, item.second);

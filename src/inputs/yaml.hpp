@@ -19,13 +19,13 @@ struct YamlMistake {
   std::string value, problem, allowed;
 };
 
-/// The tree of the one document in `text`, its merge keys resolved; aliased nodes are shared, but no walk of it sees more than
-/// kYamlNodesMax nodes or kYamlDepthMax levels. Throws YamlMistake: not YAML, beyond the bounds, or, if roslaunch may read the text
-/// as well, read differently there.
+/// The tree of the one document in `text`, its merge keys resolved; aliased nodes are shared, but no walk of it sees
+/// more than kYamlNodesMax nodes or kYamlDepthMax levels. Throws YamlMistake: not YAML, beyond the bounds, or, if
+/// roslaunch may read the text as well, read differently there.
 YAML::Node parse_yaml(const std::string& text, bool roslaunch_reads_it);
 
-/// What PyYAML would make of a scalar without quotes if it is not the text as it stands nor the same number: "the truth value true".
-/// Empty if both agree.
+/// What PyYAML would make of a scalar without quotes if it is not the text as it stands nor the same number: "the truth
+/// value true". Empty if both agree.
 std::string other_reading(const std::string& plain);
 
 /// Whether PyYAML makes a number of a scalar without quotes that it hands over as another text ("1.50" becomes 1.5).

@@ -10,15 +10,17 @@ namespace train_derail::model {
 
 namespace {
 
-constexpr double kMargin = 0.3;          // m, by which bounds are widened: pairs are looked for anew when a car has moved that far
-constexpr double kSameImpact = 0.25;     // s
+constexpr double kMargin =
+    0.3;  // m, by which bounds are widened: pairs are looked for anew when a car has moved that far
+constexpr double kSameImpact = 0.25;  // s
 
 Vector2 velocity_at(const CarColumns& q, int car, const Vector2& point) {
   return {q.vx[car] - q.omega[car] * (point.y() - q.y[car]), q.vy[car] + q.omega[car] * (point.x() - q.x[car])};
 }
 
 /// No point of any car moves faster [m/s].
-TRAIN_DERAIL_WIDE double fastest_point(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega, const double* radius) {
+TRAIN_DERAIL_WIDE double fastest_point(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega,
+                                       const double* radius) {
   double fastest = 0.0;
 #pragma omp simd reduction(max : fastest)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
@@ -162,7 +164,7 @@ Contacts::Work Contacts::work(double h, const CarColumns& before, const CarColum
       const Vector2 r = p.point - Vector2(before.x[car], before.y[car]);
       const double omega = 0.5 * (before.omega[car] + after.omega[car]);
       return Vector2(0.5 * (before.vx[car] + after.vx[car]) - omega * r.y(),
-                             0.5 * (before.vy[car] + after.vy[car]) + omega * r.x());
+                     0.5 * (before.vy[car] + after.vy[car]) + omega * r.x());
     };
     const Vector2 v = velocity(p.a) - velocity(p.b);
     w.normal -= h * p.normal.dot(v);

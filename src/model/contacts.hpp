@@ -1,5 +1,5 @@
-// Contact of all cars with each other: who may touch (a list of near pairs, renewed when cars have moved far enough), forces,
-// and a record of every impact.
+// Contact of all cars with each other: who may touch (a list of near pairs, renewed when cars have moved far enough),
+// forces, and a record of every impact.
 #pragma once
 
 #include <vector>
@@ -49,13 +49,14 @@ class Contacts {
   };
 
   void find_pairs();
-  void note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force, Incidents& incidents) const;
+  void note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force,
+            Incidents& incidents) const;
 
   const inputs::Contact law_;
   const double regularization_speed_;
   std::vector<Footprint> boxes_;
   std::vector<double> radius_, mass_;
-  double moved_;                        // how far any car may have come since the list was made [m]
+  double moved_;                         // how far any car may have come since the list was made [m]
   std::vector<Eigen::Vector4d> bounds_;  // x from, x to, y from, y to
   std::vector<int> by_x_;
   std::vector<Pair> pairs_, old_pairs_;  // sorted by a, b

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <unsupported/Eigen/AutoDiff>
 
-#include "model/reactions.hpp"
 #include "model/kernels.hpp"
+#include "model/reactions.hpp"
 #include "wide.hpp"
 
 namespace train_derail::model {
@@ -61,8 +61,8 @@ DerailmentModel::DerailmentModel(const inputs::Scenario& scenario, const std::st
     throw std::invalid_argument(fmt::format("instruction set '{}' for {} cars: this processor has {}", instruction_set,
                                             n, fmt::join(instruction_sets(n), ", ")));
   }
-  for (auto* array : {&load_, &lateral_, &past_pod_, &inverse_mass_,
-                      &inverse_mass_y_, &inverse_inertia_, &cos_, &sin_}) {
+  for (auto* array :
+       {&load_, &lateral_, &past_pod_, &inverse_mass_, &inverse_mass_y_, &inverse_inertia_, &cos_, &sin_}) {
     array->resize(n);
   }
   for (auto* array : {&force_x_, &force_y_, &moment_lead_, &moment_trail_}) *array = ArrayX::Zero(n + 1);
@@ -91,9 +91,23 @@ void DerailmentModel::derail(Eigen::Index car) {
 }
 
 CarArrays DerailmentModel::arrays() const {
-  return {car_count(), &coupler_, cos_limit_, ground_.regularization_speed, half_length_.data(), half_spacing_.data(),
-          load_.data(), lateral_.data(), past_pod_.data(), inverse_mass_.data(), inverse_mass_y_.data(),
-          inverse_inertia_.data(), cos_.data(), sin_.data(), force_x_.data(), force_y_.data(), moment_lead_.data(),
+  return {car_count(),
+          &coupler_,
+          cos_limit_,
+          ground_.regularization_speed,
+          half_length_.data(),
+          half_spacing_.data(),
+          load_.data(),
+          lateral_.data(),
+          past_pod_.data(),
+          inverse_mass_.data(),
+          inverse_mass_y_.data(),
+          inverse_inertia_.data(),
+          cos_.data(),
+          sin_.data(),
+          force_x_.data(),
+          force_y_.data(),
+          moment_lead_.data(),
           moment_trail_.data()};
 }
 
@@ -125,9 +139,9 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const Dual theta(q(k, THETA), 4, 0), vx(q(k, VX), 4, 1), vy(q(k, VY), 4, 2), omega(q(k, OMEGA), 4, 3);
-    const auto g = ground_reaction<Dual>(constant(load_[k]), constant(lateral_[k]), constant(half_spacing_[k]),
-                                         ground_.regularization_speed, Dual(cos(theta)), Dual(sin(theta)), vx, vy,
-                                         omega);
+    const auto g =
+        ground_reaction<Dual>(constant(load_[k]), constant(lateral_[k]), constant(half_spacing_[k]),
+                              ground_.regularization_speed, Dual(cos(theta)), Dual(sin(theta)), vx, vy, omega);
     diagonal[i].setZero();
     const Dual* rows[3] = {&g.fx, &g.fy, &g.moment};
     for (int r = 0; r < 3; ++r) {
@@ -140,9 +154,9 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
     const auto lead = static_cast<std::size_t>(i);
     const Dual dx(q(i, X) - q(i + 1, X), 4, 0), dy(q(i, Y) - q(i + 1, Y), 4, 1);
     const Dual theta_lead(q(i, THETA), 4, 2), theta_trail(q(i + 1, THETA), 4, 3);
-    const auto r = coupler_reaction<Dual>(coupler_, cos_limit_, constant(half_length_[i]), constant(half_length_[i + 1]),
-                                          dx, dy, Dual(cos(theta_lead)), Dual(sin(theta_lead)), Dual(cos(theta_trail)),
-                                          Dual(sin(theta_trail)));
+    const auto r = coupler_reaction<Dual>(coupler_, cos_limit_, constant(half_length_[i]),
+                                          constant(half_length_[i + 1]), dx, dy, Dual(cos(theta_lead)),
+                                          Dual(sin(theta_lead)), Dual(cos(theta_trail)), Dual(sin(theta_trail)));
     Eigen::Matrix<double, 3, 4> on_lead, on_trail;
     on_lead << r.fx.derivatives().transpose(), r.fy.derivatives().transpose(), r.moment_lead.derivatives().transpose();
     on_trail << -r.fx.derivatives().transpose(), -r.fy.derivatives().transpose(),

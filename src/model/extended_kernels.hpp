@@ -7,8 +7,8 @@
 
 namespace train_derail::model {
 
-/// Arrays have one entry a car, a coupler ("coupler", cars - 1 of them) or a truck ("truck": the front trucks of all cars, then
-/// the rear ones).
+/// Arrays have one entry a car, a coupler ("coupler", cars - 1 of them) or a truck ("truck": the front trucks of all
+/// cars, then the rear ones).
 struct ExtendedArrays {
   std::ptrdiff_t cars;
   const inputs::Coupler* law;
@@ -21,21 +21,21 @@ struct ExtendedArrays {
   const double* inverse_mass;
   const double* inverse_inertia;
   // What the last step has left: latches and places.
-  const double* alive;      // coupler: 1, or 0 if broken
-  const double* damping;    // coupler [N s/m]
-  const double* on_track;   // truck: 1 on the rails (or before the point of derailment), else 0
-  const double* offset;     // truck: from the alignment if on rails, else from the centre line [m]
+  const double* alive;                  // coupler: 1, or 0 if broken
+  const double* damping;                // coupler [N s/m]
+  const double* on_track;               // truck: 1 on the rails (or before the point of derailment), else 0
+  const double* offset;                 // truck: from the alignment if on rails, else from the centre line [m]
   const double *tangent_x, *tangent_y;  // truck: of the track
-  const double* load;       // truck: W / 2 [N]
-  const double* rail_damping;  // truck [N s/m]
-  const double* along;      // car: brake force over load on the track [-]
-  const double* patch;      // truck: factor of off-track friction [-]
-  double *cosine, *sine;    // of the headings at the beginning of the step
+  const double* load;                   // truck: W / 2 [N]
+  const double* rail_damping;           // truck [N s/m]
+  const double* along;                  // car: brake force over load on the track [-]
+  const double* patch;                  // truck: factor of off-track friction [-]
+  double *cosine, *sine;                // of the headings at the beginning of the step
   // Forces of the step.
   double *axial, *damper, *ux, *uy, *cos_swing, *end_moment;  // coupler
   double *pin_x, *pin_y, *moment_lead, *moment_trail;         // cars + 1 entries: [i + 1] is coupler i
-  double *truck_x, *truck_y, *brake, *lateral;                // truck: ground or rails; of it along and across the rails [N]
-  double *fx, *fy, *moment;                                   // car
+  double *truck_x, *truck_y, *brake, *lateral;  // truck: ground or rails; of it along and across the rails [N]
+  double *fx, *fy, *moment;                     // car
 };
 
 /// Work of a step by mechanism [J].
@@ -61,8 +61,8 @@ struct ExtendedKernels {
   void (*turn)(const ExtendedArrays&, const double* angle);
   /// Places of the trucks: px, py, one a truck [m].
   void (*places)(const ExtendedArrays&, const double* y, double* px, double* py);
-  /// Counts up `overloaded` (truck [s]) as in overloaded_time, from the lateral forces `before` (truck) to those in the arrays; whether
-  /// any truck has been overloaded for too long.
+  /// Counts up `overloaded` (truck [s]) as in overloaded_time, from the lateral forces `before` (truck) to those in the
+  /// arrays; whether any truck has been overloaded for too long.
   bool (*overload)(const ExtendedArrays&, double h, const double* before, double* overloaded);
 };
 

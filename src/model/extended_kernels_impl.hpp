@@ -40,7 +40,8 @@ template <class B>
     L::store(axial, a.axial + i);
     L::store(kept(damper), a.damper + i);
     const B lead = b.ux * ci + b.uy * si, trail = b.ux * cj + b.uy * sj;
-    const B least = select(alive, select(lead < trail, lead, trail), B(1.0)), moments = kept(b.moment_lead + b.moment_trail);
+    const B least = select(alive, select(lead < trail, lead, trail), B(1.0)),
+            moments = kept(b.moment_lead + b.moment_trail);
     L::store(least, a.cos_swing + i);
     L::store(moments, a.end_moment + i);
     buff = greater(axial, buff);
@@ -177,8 +178,10 @@ template <class B, bool straight>
     const std::ptrdiff_t j = i + 1;
     const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
     const B li = L::load(a.half_length + i), lj = L::load(a.half_length + j);
-    const B rx = mid(VX, i) + mid(OMEGA, i) * li * L::load(a.sine + i) - mid(VX, j) + mid(OMEGA, j) * lj * L::load(a.sine + j);
-    const B ry = mid(VY, i) - mid(OMEGA, i) * li * L::load(a.cosine + i) - mid(VY, j) - mid(OMEGA, j) * lj * L::load(a.cosine + j);
+    const B rx =
+        mid(VX, i) + mid(OMEGA, i) * li * L::load(a.sine + i) - mid(VX, j) + mid(OMEGA, j) * lj * L::load(a.sine + j);
+    const B ry = mid(VY, i) - mid(OMEGA, i) * li * L::load(a.cosine + i) - mid(VY, j) -
+                 mid(OMEGA, j) * lj * L::load(a.cosine + j);
     damping = damping - fresh * L::load(a.damper + i) * (rx * L::load(a.ux + i) + ry * L::load(a.uy + i));
   });
   return {h * L::sum(on_track), h * L::sum(off_track), h * L::sum(rails), h * L::sum(damping), h * L::sum(grade)};
@@ -247,7 +250,8 @@ template <class B>
 
 template <class B>
 constexpr ExtendedKernels extended_kernels(const char* instruction_set) {
-  return {instruction_set, Lanes<B>::count, extended_forces<B>, extended_work<B>, headings<B>, turn<B>, places<B>, overload<B>};
+  return {instruction_set, Lanes<B>::count, extended_forces<B>, extended_work<B>,
+          headings<B>,     turn<B>,         places<B>,          overload<B>};
 }
 
 }  // namespace train_derail::model

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
-#include <fmt/format.h>
 
 #include "model/contacts.hpp"
 #include "model/extended_kernels.hpp"
@@ -21,13 +21,13 @@ namespace train_derail::model {
 
 namespace {
 
-/// Whether a truck that the rails hold has come from before the point of derailment to past it, and whether one stands where track
-/// may be torn.
+/// Whether a truck that the rails hold has come from before the point of derailment to past it, and whether one stands
+/// where track may be torn.
 struct OnBadTrack {
   bool passes, may_be_torn;
 };
-TRAIN_DERAIL_WIDE OnBadTrack on_bad_track(Eigen::Index n, const double* held, const double* before, const double* now, double from,
-                                          double to) {
+TRAIN_DERAIL_WIDE OnBadTrack on_bad_track(Eigen::Index n, const double* held, const double* before, const double* now,
+                                          double from, double to) {
   double passes = 0.0, torn = 0.0;
 #pragma omp simd reduction(+ : passes, torn)
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -38,10 +38,11 @@ TRAIN_DERAIL_WIDE OnBadTrack on_bad_track(Eigen::Index n, const double* held, co
 }
 
 /// Brake force over load of every car at time t.
-TRAIN_DERAIL_WIDE void brake(const inputs::Brakes& law, double t, Eigen::Index n, const double* ratio, const double* signal,
-                             double* along) {
+TRAIN_DERAIL_WIDE void brake(const inputs::Brakes& law, double t, Eigen::Index n, const double* ratio,
+                             const double* signal, double* along) {
 #pragma omp simd
-  for (Eigen::Index k = 0; k < n; ++k) along[k] = law.rolling_resistance + ratio[k] * brake_build_up(law, t - signal[k]);
+  for (Eigen::Index k = 0; k < n; ++k)
+    along[k] = law.rolling_resistance + ratio[k] * brake_build_up(law, t - signal[k]);
 }
 
 TRAIN_DERAIL_WIDE void multiply(Eigen::Index n, const double* a, const double* b, double* product) {
@@ -54,7 +55,8 @@ std::vector<const ExtendedKernels*> versions(Eigen::Index cars) {
   std::vector<const ExtendedKernels*> all;
 #ifdef TRAIN_DERAIL_X86
   if (__builtin_cpu_supports("avx512dq") && cars > kExtendedAvx512.lanes) all.push_back(&kExtendedAvx512);
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && cars > kExtendedAvx2.lanes) all.push_back(&kExtendedAvx2);
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && cars > kExtendedAvx2.lanes)
+    all.push_back(&kExtendedAvx2);
 #endif
   all.push_back(&kExtendedPlain);
   return all;
@@ -64,8 +66,8 @@ const ExtendedKernels* kernels_of(Eigen::Index cars, const std::string& instruct
   for (const ExtendedKernels* v : versions(cars)) {
     if (instruction_set.empty() || instruction_set == v->instruction_set) return v;
   }
-  throw std::invalid_argument(fmt::format("instruction set '{}' for {} cars: this processor has {}", instruction_set, cars,
-                                          fmt::join(ExtendedModel::instruction_sets(cars), ", ")));
+  throw std::invalid_argument(fmt::format("instruction set '{}' for {} cars: this processor has {}", instruction_set,
+                                          cars, fmt::join(ExtendedModel::instruction_sets(cars), ", ")));
 }
 
 }  // namespace
@@ -90,11 +92,12 @@ ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string
       cause_(2 * cars_.size(), Cause::none),
       patches_(scenario.ground.patches) {
   const Eigen::Index n = car_count();
-  for (auto* a : {&brake_ratio_, &pipe_, &inverse_mass_, &inverse_inertia_, &cos_, &sin_, &along_, &fx_, &fy_, &moment_, &turned_}) {
+  for (auto* a : {&brake_ratio_, &pipe_, &inverse_mass_, &inverse_inertia_, &cos_, &sin_, &along_, &fx_, &fy_, &moment_,
+                  &turned_}) {
     *a = ArrayX::Zero(n);
   }
-  for (auto* a : {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &truck_x_, &truck_y_,
-                  &brake_, &lateral_, &lateral_before_}) {
+  for (auto* a : {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &truck_x_,
+                  &truck_y_, &brake_, &lateral_, &lateral_before_}) {
     *a = ArrayX::Zero(2 * n);
   }
   for (auto* a : {&on_track_, &tangent_x_, &patch_}) *a = ArrayX::Ones(2 * n);
@@ -136,8 +139,8 @@ StateVector ExtendedModel::initial_state() const {
   StateVector state = TrainModel::initial_state();
   if (!rails_on_) return state;
   MotionMap m = motion(state.data(), car_count());
-  // The front truck of the first car to derail has come to the point of derailment; the car turns about its rear truck, which
-  // still stands on the rails.
+  // The front truck of the first car to derail has come to the point of derailment; the car turns about its rear truck,
+  // which still stands on the rails.
   const Eigen::Index first = initial_.cars_ahead;
   m.col(X) -= half_spacing_[first];
   m(first, VY) = m(first, OMEGA) * half_spacing_[first];
@@ -151,7 +154,8 @@ StateVector ExtendedModel::initial_state() const {
     const Vector2 front = on_rails_at(s_front), rear = on_rails_at(s_rear);
     const Vector2 front_velocity = initial_.speed / step * (on_rails_at(s_front + step) - front);
     const Vector2 rear_velocity = initial_.speed / step * (on_rails_at(s_rear + step) - rear);
-    const Vector2 chord = front - rear, centre = 0.5 * (front + rear), velocity = 0.5 * (front_velocity + rear_velocity);
+    const Vector2 chord = front - rear, centre = 0.5 * (front + rear),
+                  velocity = 0.5 * (front_velocity + rear_velocity);
     const Vector2 turning = front_velocity - rear_velocity, across(-chord.normalized().y(), chord.normalized().x());
     const double swing_out = m(k, VY);
     m(k, X) = centre.x();
@@ -165,13 +169,48 @@ StateVector ExtendedModel::initial_state() const {
 }
 
 ExtendedArrays ExtendedModel::arrays() {
-  return {car_count(), &coupler_, &ground_, &rails_, cos_limit_, grade_, rails_on_,
-          ground_.off_track_law == inputs::OffTrackLaw::by_slip, track_.straight(), half_length_.data(), half_spacing_.data(), inverse_mass_.data(),
-          inverse_inertia_.data(), alive_.data(), damping_.data(), on_track_.data(), offset_.data(), tangent_x_.data(),
-          tangent_y_.data(), load_.data(), rail_damping_.data(), along_.data(), patch_.data(), cos_.data(), sin_.data(),
-          axial_.data(), damper_.data(), ux_.data(), uy_.data(), cos_swing_.data(), end_moment_.data(), pin_x_.data(),
-          pin_y_.data(), moment_lead_.data(), moment_trail_.data(), truck_x_.data(), truck_y_.data(), brake_.data(),
-          lateral_.data(), fx_.data(), fy_.data(), moment_.data()};
+  return {car_count(),
+          &coupler_,
+          &ground_,
+          &rails_,
+          cos_limit_,
+          grade_,
+          rails_on_,
+          ground_.off_track_law == inputs::OffTrackLaw::by_slip,
+          track_.straight(),
+          half_length_.data(),
+          half_spacing_.data(),
+          inverse_mass_.data(),
+          inverse_inertia_.data(),
+          alive_.data(),
+          damping_.data(),
+          on_track_.data(),
+          offset_.data(),
+          tangent_x_.data(),
+          tangent_y_.data(),
+          load_.data(),
+          rail_damping_.data(),
+          along_.data(),
+          patch_.data(),
+          cos_.data(),
+          sin_.data(),
+          axial_.data(),
+          damper_.data(),
+          ux_.data(),
+          uy_.data(),
+          cos_swing_.data(),
+          end_moment_.data(),
+          pin_x_.data(),
+          pin_y_.data(),
+          moment_lead_.data(),
+          moment_trail_.data(),
+          truck_x_.data(),
+          truck_y_.data(),
+          brake_.data(),
+          lateral_.data(),
+          fx_.data(),
+          fy_.data(),
+          moment_.data()};
 }
 
 void ExtendedModel::start(const double* y) {
@@ -272,7 +311,8 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
   spent_.work_grade += w.grade;
   if (contacts_) {
     const auto columns = [&](const double* state) {
-      return CarColumns{state + X * n, state + Y * n, cos_.data(), sin_.data(), state + VX * n, state + VY * n, state + OMEGA * n};
+      return CarColumns{state + X * n,  state + Y * n,  cos_.data(),      sin_.data(),
+                        state + VX * n, state + VY * n, state + OMEGA * n};
     };
     const Contacts::Work c = contacts_->work(h, columns(before), columns(y));
     spent_.work_impact_normal += c.normal;
@@ -324,7 +364,8 @@ void ExtendedModel::note_blockage(double h) {
 }
 
 bool ExtendedModel::break_couplers(double t, double h, const double* before, const double* y) {
-  if (draft_ <= coupler_.break_draft && cos_swing_least_ >= cos_break_ && end_moment_largest_ <= coupler_.break_moment) return false;
+  if (draft_ <= coupler_.break_draft && cos_swing_least_ >= cos_break_ && end_moment_largest_ <= coupler_.break_moment)
+    return false;
   std::vector<BrokenCoupler> found;
   for (Eigen::Index i = 0; i < coupler_count(); ++i) {
     const bool draft = -axial_[i] > coupler_.break_draft, swing = cos_swing_[i] < cos_break_;
@@ -340,7 +381,9 @@ bool ExtendedModel::break_couplers(double t, double h, const double* before, con
       share = at;
       by = what;
     };
-    const auto largest_swing = [](const CouplerState<double>& b) { return std::max(std::abs(b.swing_lead), std::abs(b.swing_trail)); };
+    const auto largest_swing = [](const CouplerState<double>& b) {
+      return std::max(std::abs(b.swing_lead), std::abs(b.swing_trail));
+    };
     const auto end_moment = [](const CouplerState<double>& b) { return std::abs(b.moment_lead + b.moment_trail); };
     consider(draft, -was.axial, -is.axial, coupler_.break_draft, BrokenCoupler::By::draft);
     consider(swing, largest_swing(was), largest_swing(is), coupler_.break_swing, BrokenCoupler::By::swing);
@@ -348,7 +391,8 @@ bool ExtendedModel::break_couplers(double t, double h, const double* before, con
     const auto between = [share](double from, double to) { return from + share * (to - from); };
     const double force = std::max(between(was.axial, is.axial), -coupler_.break_draft);
     found.push_back({t - (1.0 - share) * h, i, by, force});
-    spent_.work_coupler_break += spring_energy(between(was.gap, is.gap)) + swing_energy(coupler_, between(was.swing_lead, is.swing_lead)) +
+    spent_.work_coupler_break += spring_energy(between(was.gap, is.gap)) +
+                                 swing_energy(coupler_, between(was.swing_lead, is.swing_lead)) +
                                  swing_energy(coupler_, between(was.swing_trail, is.swing_trail));
     if (-force > incidents_.draft.force) incidents_.draft = {-force, i, found.back().time};
     if (force > incidents_.buff.force) incidents_.buff = {force, i, found.back().time};
@@ -365,8 +409,10 @@ bool ExtendedModel::break_couplers(double t, double h, const double* before, con
 void ExtendedModel::leave_bad_track(double t, double h, double* y) {
   const Eigen::Index n = car_count();
   // Most steps nothing happens: find that out for all trucks together.
-  const OnBadTrack bad = on_bad_track(2 * n, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
-  const bool anything = !track_.straight() || bad.passes || (bad.may_be_torn && track_.any_torn(2 * n, px_.data(), on_track_.data()));
+  const OnBadTrack bad =
+      on_bad_track(2 * n, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
+  const bool anything =
+      !track_.straight() || bad.passes || (bad.may_be_torn && track_.any_torn(2 * n, px_.data(), on_track_.data()));
   if (!anything) return;
   bool left = false;
   for (Eigen::Index i = 0; i < 2 * n; ++i) {
@@ -412,7 +458,8 @@ void ExtendedModel::leave(double t, Eigen::Index truck, Cause cause, double* y) 
   // An impulse at the truck, across the car, that changes the truck's velocity by the kick.
   const double impulse = kick_[truck] / (inverse_mass_[car] + arm(truck) * arm(truck) * inverse_inertia_[car]);
   const auto kinetic = [&] {
-    return 0.5 * mass_[car] * (q(car, VX) * q(car, VX) + q(car, VY) * q(car, VY)) + 0.5 * inertia_[car] * q(car, OMEGA) * q(car, OMEGA);
+    return 0.5 * mass_[car] * (q(car, VX) * q(car, VX) + q(car, VY) * q(car, VY)) +
+           0.5 * inertia_[car] * q(car, OMEGA) * q(car, OMEGA);
   };
   const double before = kinetic();
   q(car, VX) -= impulse * inverse_mass_[car] * sin_[car];

@@ -46,8 +46,9 @@ Manifold press(const Footprint& a, const Footprint& b) {
   // Relative orientation once; the reach of one box along the axes of the other follows from it.
   const double c = std::abs(a.axis.dot(b.axis)), s = std::abs(a.axis.dot(b.side()));
   const Vector2 axes[4] = {a.axis, a.side(), b.axis, b.side()};
-  const double sum[4] = {a.half_length + b.half_length * c + b.half_width * s, a.half_width + b.half_length * s + b.half_width * c,
-                         b.half_length + a.half_length * c + a.half_width * s, b.half_width + a.half_length * s + a.half_width * c};
+  const double sum[4] = {
+      a.half_length + b.half_length * c + b.half_width * s, a.half_width + b.half_length * s + b.half_width * c,
+      b.half_length + a.half_length * c + a.half_width * s, b.half_width + a.half_length * s + a.half_width * c};
   int face = -1;
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 4; ++i) {
@@ -72,7 +73,7 @@ Manifold press(const Footprint& a, const Footprint& b) {
   const double by_axis = incident.axis.dot(outward), by_side = incident.side().dot(outward);
   const bool end_edge = std::abs(by_axis) > std::abs(by_side);
   const Vector2 edge_normal = end_edge ? Vector2(std::copysign(1.0, -by_axis) * incident.axis)
-                                               : Vector2(std::copysign(1.0, -by_side) * incident.side());
+                                       : Vector2(std::copysign(1.0, -by_side) * incident.side());
   const Vector2 edge_along(-edge_normal.y(), edge_normal.x());
   const double edge_half = end_edge ? incident.half_width : incident.half_length;
   const Vector2 middle = incident.centre + (end_edge ? incident.half_length : incident.half_width) * edge_normal;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <experimental/simd>
 
-#include "model/reactions.hpp"
 #include "model/kernels.hpp"
+#include "model/reactions.hpp"
 #include "train_derail/model/state_layout.hpp"
 
 namespace train_derail::model {
@@ -61,10 +61,10 @@ template <class B>
 
   headings<B>(n, state + THETA * n, a.cosine, a.sine);
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
-    const auto r = coupler_reaction<B>(
-        coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
-        L::load(x + i) - L::load(x + i + 1), L::load(y + i) - L::load(y + i + 1), L::load(a.cosine + i),
-        L::load(a.sine + i), L::load(a.cosine + i + 1), L::load(a.sine + i + 1));
+    const auto r = coupler_reaction<B>(coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
+                                       L::load(x + i) - L::load(x + i + 1), L::load(y + i) - L::load(y + i + 1),
+                                       L::load(a.cosine + i), L::load(a.sine + i), L::load(a.cosine + i + 1),
+                                       L::load(a.sine + i + 1));
     L::store(r.fx, a.force_x + i + 1);
     L::store(r.fy, a.force_y + i + 1);
     L::store(r.moment_lead, a.moment_lead + i + 1);

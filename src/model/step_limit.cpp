@@ -18,11 +18,12 @@ using inputs::Scenario;
 
 /// Largest values over the train of what a force at some place of a car does to the velocity there.
 struct Responses {
-  double pin = 0.0;       // axial force at a coupler pin, two neighbours together [1/kg]
-  double swing = 0.0;     // moment at a coupler's ends, both ends together [1/(kg m^2)]
-  double rails = 0.0;     // lateral force at a truck [1/kg], times two trucks
-  double friction = 0.0;  // of a car's weight on both trucks, against their velocity [N/kg]: g, or more where it turns the car
-  double contact = 0.0;   // force at a corner, of two cars [1/kg]
+  double pin = 0.0;    // axial force at a coupler pin, two neighbours together [1/kg]
+  double swing = 0.0;  // moment at a coupler's ends, both ends together [1/(kg m^2)]
+  double rails = 0.0;  // lateral force at a truck [1/kg], times two trucks
+  double friction =
+      0.0;  // of a car's weight on both trucks, against their velocity [N/kg]: g, or more where it turns the car
+  double contact = 0.0;                              // force at a corner, of two cars [1/kg]
   double coupler_damping = 0.0, rail_damping = 0.0;  // 1/s
 };
 
@@ -65,7 +66,8 @@ Responses responses(const Scenario& s) {
 
 double largest_friction(const Scenario& s) {
   const inputs::Ground& g = s.ground;
-  double off = g.off_track_law == inputs::OffTrackLaw::by_slip ? std::max(g.in_line_friction, g.broadside_friction) : g.off_track_friction;
+  double off = g.off_track_law == inputs::OffTrackLaw::by_slip ? std::max(g.in_line_friction, g.broadside_friction)
+                                                               : g.off_track_friction;
   for (const inputs::GroundPatch& p : g.patches) off *= std::max(p.factor, 1.0);
   if (s.brakes.law == inputs::BrakeLaw::friction) return std::max(off, g.on_track_friction);
   double share = 0.0;
@@ -89,14 +91,16 @@ std::vector<StepLimit> step_limits(const Scenario& s) {
     limits.push_back({key, rate, damping, longest_step(s, rate, damping)});
   };
   const bool gear = s.coupler.draft_gear_travel > 0.0 && s.coupler.draft_gear_stiffness > s.coupler.stiffness;
-  add(gear ? "coupler.draft_gear_stiffness" : "coupler.stiffness", gear ? s.coupler.draft_gear_stiffness : s.coupler.stiffness, r.pin,
-      r.coupler_damping);
+  add(gear ? "coupler.draft_gear_stiffness" : "coupler.stiffness",
+      gear ? s.coupler.draft_gear_stiffness : s.coupler.stiffness, r.pin, r.coupler_damping);
   add("coupler.swing_stiffness", s.coupler.swing_stiffness, r.swing, 0.0);
-  if (s.ground.on_track_law == inputs::OnTrackLaw::rails) add("rails.stiffness", s.rails.stiffness, r.rails, r.rail_damping);
+  if (s.ground.on_track_law == inputs::OnTrackLaw::rails)
+    add("rails.stiffness", s.rails.stiffness, r.rails, r.rail_damping);
   // A car in a heap is pushed by two others at a time.
   if (s.contact.law != inputs::ContactLaw::none) add("contact.stiffness", s.contact.stiffness, 2.0 * r.contact, 0.0);
   add("ground.regularization_speed", 0.0, 0.0, largest_friction(s) * r.friction / s.ground.regularization_speed);
-  std::stable_sort(limits.begin(), limits.end(), [](const StepLimit& a, const StepLimit& b) { return a.step_max < b.step_max; });
+  std::stable_sort(limits.begin(), limits.end(),
+                   [](const StepLimit& a, const StepLimit& b) { return a.step_max < b.step_max; });
   return limits;
 }
 
@@ -105,10 +109,11 @@ void check_step(const Scenario& s) {
   const StepLimit strictest = step_limits(s).front();
   const double h = *s.solver.fixed_step;
   if (h <= strictest.step_max) return;
-  throw inputs::InputError("scenario", "solver.fixed_step", fmt::format("{}", h),
-                           fmt::format("too long for {} with these cars: the motion would be unstable", strictest.key),
-                           fmt::format("(0, {:.2g}] s, or {}", 0.99 * strictest.step_max,
-                                       strictest.key == "ground.regularization_speed" ? "a higher speed" : "less stiffness"));
+  throw inputs::InputError(
+      "scenario", "solver.fixed_step", fmt::format("{}", h),
+      fmt::format("too long for {} with these cars: the motion would be unstable", strictest.key),
+      fmt::format("(0, {:.2g}] s, or {}", 0.99 * strictest.step_max,
+                  strictest.key == "ground.regularization_speed" ? "a higher speed" : "less stiffness"));
 }
 
 }  // namespace train_derail::model

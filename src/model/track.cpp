@@ -23,8 +23,8 @@ double heading(const std::vector<inputs::Curve>& curves, double s) {
 }
 
 /// `table`: values at the ends of bins; `last`: the last bin.
-TRAIN_DERAIL_WIDE void subtract_interpolated(std::ptrdiff_t n, const double* table, double s_min, double per_bin, double last,
-                                             const double* s, const double* held, double* offset) {
+TRAIN_DERAIL_WIDE void subtract_interpolated(std::ptrdiff_t n, const double* table, double s_min, double per_bin,
+                                             double last, const double* s, const double* held, double* offset) {
 #pragma omp simd
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     double b = (s[i] - s_min) * per_bin;
@@ -36,7 +36,8 @@ TRAIN_DERAIL_WIDE void subtract_interpolated(std::ptrdiff_t n, const double* tab
 }
 
 /// `last`: the last bin of `torn`.
-TRAIN_DERAIL_WIDE double sum_of_torn(std::ptrdiff_t n, const double* torn, TornBins bins, double last, const double* s, const double* held) {
+TRAIN_DERAIL_WIDE double sum_of_torn(std::ptrdiff_t n, const double* torn, TornBins bins, double last, const double* s,
+                                     const double* held) {
   double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
   for (std::ptrdiff_t i = 0; i < n; ++i) {
@@ -51,7 +52,8 @@ TRAIN_DERAIL_WIDE double sum_of_torn(std::ptrdiff_t n, const double* torn, TornB
 }  // namespace
 
 bool Track::any_torn(std::ptrdiff_t n, const double* s, const double* held) const {
-  return !torn_.empty() && sum_of_torn(n, torn_.data(), torn_bins_, static_cast<double>(torn_.size() - 1), s, held) > 0.0;
+  return !torn_.empty() &&
+         sum_of_torn(n, torn_.data(), torn_bins_, static_cast<double>(torn_.size() - 1), s, held) > 0.0;
 }
 
 void Track::subtract_alignment(std::ptrdiff_t n, const double* s, const double* held, double* offset) const {
@@ -124,7 +126,9 @@ Track::Node Track::at(double s) const {
 
 double Track::nearest(const Vector2& p) const {
   if (straight()) return p.x();
-  const auto closer = [&](const Node& a, const Node& b) { return (a.point - p).squaredNorm() < (b.point - p).squaredNorm(); };
+  const auto closer = [&](const Node& a, const Node& b) {
+    return (a.point - p).squaredNorm() < (b.point - p).squaredNorm();
+  };
   const auto node = std::min_element(nodes_.begin(), nodes_.end(), closer);
   return foot(p, s_min_ + kBin * static_cast<double>(node - nodes_.begin()));
 }

@@ -13,9 +13,9 @@ std::vector<Car> expand(const std::vector<inputs::CarBlock>& consist) {
     car.width = block.width;
     car.truck_spacing = block.truck_spacing.value_or(
         block.truck_spacing_factor.value_or(inputs::CarBlock::kDefaultTruckSpacingFactor) * block.length);
-    car.yaw_inertia = block.yaw_inertia.value_or(
-        block.yaw_inertia_factor.value_or(inputs::CarBlock::kDefaultYawInertiaFactor) * car.mass * block.length *
-        block.length);
+    car.yaw_inertia =
+        block.yaw_inertia.value_or(block.yaw_inertia_factor.value_or(inputs::CarBlock::kDefaultYawInertiaFactor) *
+                                   car.mass * block.length * block.length);
     cars.insert(cars.end(), static_cast<std::size_t>(block.count), car);
   }
   return cars;

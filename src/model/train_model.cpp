@@ -8,7 +8,10 @@
 namespace train_derail::model {
 
 TrainModel::TrainModel(const inputs::Scenario& scenario)
-    : cars_(expand(scenario.consist)), coupler_(scenario.coupler), ground_(scenario.ground), initial_(scenario.initial) {
+    : cars_(expand(scenario.consist)),
+      coupler_(scenario.coupler),
+      ground_(scenario.ground),
+      initial_(scenario.initial) {
   for (auto* array : {&mass_, &inertia_, &half_length_, &half_spacing_}) array->resize(car_count());
   for (Eigen::Index k = 0; k < car_count(); ++k) {
     mass_[k] = at(k).mass;

@@ -32,8 +32,9 @@ struct Trigonometry<Wide> {
 };
 
 #ifdef __AVX512F__
-/// The processor's estimate (relative error below 2^-14) and the series of (1 - e)^(-1/2): to a unit in the last place. Square roots
-/// and divisions of eight numbers took a third of the right-hand side on an Intel Xeon (docs/performance.md).
+/// The processor's estimate (relative error below 2^-14) and the series of (1 - e)^(-1/2): to a unit in the last place.
+/// Square roots and divisions of eight numbers took a third of the right-hand side on an Intel Xeon
+/// (docs/performance.md).
 template <>
 struct Roots<Wide> {
   static Wide inverse(const Wide& x) {

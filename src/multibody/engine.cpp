@@ -374,7 +374,8 @@ struct Run {
         if (integrator.getNumStepsTaken() >= scenario.solver.steps_max) {
           throw std::runtime_error(fmt::format("solver.steps_max = {} is reached", scenario.solver.steps_max));
         }
-        if (wall_time + std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() > scenario.solver.wall_time_max) {
+        if (wall_time + std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() >
+            scenario.solver.wall_time_max) {
           throw std::runtime_error(fmt::format("solver.wall_time_max = {} s of computing are used up at t = {:.4g} s",
                                                scenario.solver.wall_time_max, time()));
         }

@@ -10,7 +10,6 @@ namespace train_derail::multibody {
 
 namespace {
 
-
 Vector2 axis(const CarMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
 
 /// Place and velocity of the point `ahead` metres before the centre.

@@ -203,8 +203,7 @@ Verification verify(const inputs::Scenario& scenario, const VerifyOptions& optio
   inputs::validate(scenario);
   if (scenario.stop.time_max < options.criteria.early) {
     throw inputs::InputError("verify", "stop.time_max", fmt::format("{:g}", scenario.stop.time_max),
-                             "too short to compare anything",
-                             fmt::format(">= {:g} s", options.criteria.early));
+                             "too short to compare anything", fmt::format(">= {:g} s", options.criteria.early));
   }
   Verification v;
   v.scenario = scenario;
@@ -223,8 +222,8 @@ Verification verify(const inputs::Scenario& scenario, const VerifyOptions& optio
   v.multibody = outcome_of(Engine(scenario, {0.0, false, options.fault}), stop);
   v.purpose_built_seconds = between - start;
   v.multibody_seconds = processor_time() - between;
-  v.ensemble = compare_ensembles(scenario, options,
-                                 [&](double done, const std::string& what) { on_progress(0.15 + 0.85 * done, what); }, stop);
+  v.ensemble = compare_ensembles(
+      scenario, options, [&](double done, const std::string& what) { on_progress(0.15 + 0.85 * done, what); }, stop);
   return v;
 }
 

@@ -113,8 +113,8 @@ std::string to_table(const Verification& v) {
                  "difference, 95 %", "p (KS)", "p (MW)", "detectable");
   for (const QuantityComparison& q : e.quantities) {
     const outcome::Quantity& about = quantity(q.name);
-    fmt::format_to(out, "   {:<36} {:>8.4g} {:>8.4g} {:>+9.3g} +/- {:<5.3g} {:>9.2g} {:>9.2g} {:>11} {}\n",
-                   about.title, mean(q.purpose_built) / about.per_shown, mean(q.multibody) / about.per_shown,
+    fmt::format_to(out, "   {:<36} {:>8.4g} {:>8.4g} {:>+9.3g} +/- {:<5.3g} {:>9.2g} {:>9.2g} {:>11} {}\n", about.title,
+                   mean(q.purpose_built) / about.per_shown, mean(q.multibody) / about.per_shown,
                    q.mean.value / about.per_shown, q.mean.half_width / about.per_shown, q.p_distance, q.p_precedence,
                    std::isfinite(q.detectable) ? fmt::format("{:.3g}", q.detectable / about.per_shown) : "none",
                    about.shown_unit);

@@ -19,10 +19,11 @@ Vector2 velocity_at(const model::CarMotion& car, const Vector2& point) {
 
 double square(double x) { return x * x; }
 
-/// Of either truck of any car [m^2/s^2]. A point ahead of the centre by d moves with v + omega d (-sine, cosine), one behind
-/// it with the other sign.
-TRAIN_DERAIL_WIDE double truck_speed_squared_max(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega,
-                                                 const double* sine, const double* cosine, const double* half_spacing) {
+/// Of either truck of any car [m^2/s^2]. A point ahead of the centre by d moves with v + omega d (-sine, cosine), one
+/// behind it with the other sign.
+TRAIN_DERAIL_WIDE double truck_speed_squared_max(std::ptrdiff_t n, const double* vx, const double* vy,
+                                                 const double* omega, const double* sine, const double* cosine,
+                                                 const double* half_spacing) {
   double most = 0.0;
 #pragma omp simd reduction(max : most)
   for (std::ptrdiff_t k = 0; k < n; ++k) {
@@ -45,8 +46,9 @@ TRAIN_DERAIL_WIDE void extend_astray(std::ptrdiff_t n, const double* y, const do
 }
 
 /// Speeds of car i against car i + 1, squared: of the pins between them, and of the centres.
-TRAIN_DERAIL_WIDE void neighbour_speeds(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega, const double* sine,
-                                        const double* cosine, const double* half_length, double* pins, double* centres) {
+TRAIN_DERAIL_WIDE void neighbour_speeds(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega,
+                                        const double* sine, const double* cosine, const double* half_length,
+                                        double* pins, double* centres) {
 #pragma omp simd
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     const double u = vx[i] - vx[i + 1], v = vy[i] - vy[i + 1];
@@ -64,8 +66,9 @@ TRAIN_DERAIL_WIDE double largest_of(std::ptrdiff_t n, const double* values) {
 }
 
 /// Extents of the cars along x, and half of that across.
-TRAIN_DERAIL_WIDE void boxes(std::ptrdiff_t n, const double* x, const double* sine, const double* cosine, const double* half_length,
-                             const double* half_width, double* rearmost, double* foremost, double* half_breadth) {
+TRAIN_DERAIL_WIDE void boxes(std::ptrdiff_t n, const double* x, const double* sine, const double* cosine,
+                             const double* half_length, const double* half_width, double* rearmost, double* foremost,
+                             double* half_breadth) {
 #pragma omp simd
   for (std::ptrdiff_t k = 0; k < n; ++k) {
     const double c = std::abs(cosine[k]), s = std::abs(sine[k]), reach = half_length[k] * c + half_width[k] * s;
@@ -76,8 +79,8 @@ TRAIN_DERAIL_WIDE void boxes(std::ptrdiff_t n, const double* x, const double* si
 }
 
 /// Puts values at time t into extremes where they go beyond them.
-TRAIN_DERAIL_WIDE void widen(std::ptrdiff_t n, const double* value, double t, double* highest, double* highest_time, double* lowest,
-                             double* lowest_time) {
+TRAIN_DERAIL_WIDE void widen(std::ptrdiff_t n, const double* value, double t, double* highest, double* highest_time,
+                             double* lowest, double* lowest_time) {
 #pragma omp simd
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     highest_time[i] = value[i] > highest[i] ? t : highest_time[i];
@@ -87,8 +90,8 @@ TRAIN_DERAIL_WIDE void widen(std::ptrdiff_t n, const double* value, double t, do
   }
 }
 
-/// Calls use(gap, share of the step) at the extremes within a step of length h of a gap that turns round in it: of the cubic through the
-/// values and rates at both ends.
+/// Calls use(gap, share of the step) at the extremes within a step of length h of a gap that turns round in it: of the
+/// cubic through the values and rates at both ends.
 template <class Use>
 void turning_points(double h, double gap_from, double rate_from, double gap_to, double rate_to, const Use& use) {
   const double a = h * rate_from, b = h * rate_to, d = gap_to - gap_from;
@@ -222,8 +225,8 @@ void Monitor::sample(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
   model_.headings(y, cosine_, sine_);
 
-  truck_speed_max_ = std::sqrt(truck_speed_squared_max(n, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n, sine_.data(),
-                                                       cosine_.data(), half_spacing_.data()));
+  truck_speed_max_ = std::sqrt(truck_speed_squared_max(n, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n,
+                                                       sine_.data(), cosine_.data(), half_spacing_.data()));
   if (model_.straight_track()) {
     extend_astray(n, y + model::Y * n, sine_.data(), half_spacing_.data(), astray_.data());
   } else {
@@ -242,7 +245,8 @@ void Monitor::sample(double t, const double* y) {
   }
   for (; impacts_seen_ < incidents->impacts.size(); ++impacts_seen_) {
     const model::Impact& i = incidents->impacts[impacts_seen_];
-    note({i.closing_speed, i.closing_normal, static_cast<int>(i.car_a) + 1, static_cast<int>(i.car_b) + 1, i.time, i.x, i.y});
+    note({i.closing_speed, i.closing_normal, static_cast<int>(i.car_a) + 1, static_cast<int>(i.car_b) + 1, i.time, i.x,
+          i.y});
   }
 }
 
@@ -252,7 +256,8 @@ void Monitor::sample_speeds(double t, const double* y) {
                    half_length_.data(), pins_squared_.data(), centres_squared_.data());
   // Cars whose coupler has broken have nothing to do with each other any more.
   if (const model::Incidents* incidents = model_.incidents()) {
-    for (const model::BrokenCoupler& b : incidents->broken) pins_squared_[b.coupler] = centres_squared_[b.coupler] = 0.0;
+    for (const model::BrokenCoupler& b : incidents->broken)
+      pins_squared_[b.coupler] = centres_squared_[b.coupler] = 0.0;
   }
   const auto consider = [t](const ArrayX& squared, RelativeSpeed& largest) {
     if (largest_of(squared.size(), squared.data()) <= largest.speed * largest.speed) return;

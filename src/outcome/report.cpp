@@ -21,7 +21,8 @@ std::string to_json(const Outcome& o) {
   j["cars_past_pod"] = o.cars_past_pod;
   j["cars_off_track"] = o.cars_off_track;
   j["cars_derailed"] = o.cars_derailed;
-  j["derailed_by"] = {{"pod", o.derailed_by.pod}, {"lateral", o.derailed_by.lateral}, {"torn_track", o.derailed_by.torn_track}};
+  j["derailed_by"] = {
+      {"pod", o.derailed_by.pod}, {"lateral", o.derailed_by.lateral}, {"torn_track", o.derailed_by.torn_track}};
   j["couplers_broken"] = o.couplers_broken;
   j["impacts"] = o.impacts.count;
   j["impact_speed_max"] = o.impacts.closing_normal_max;
@@ -86,7 +87,9 @@ namespace {
 std::string speed(double v) { return fmt::format("{:10.2f} m/s   {:8.1f} mph", v, v / inputs::kMph); }
 std::string force(double f) { return fmt::format("{:10.0f} kN    {:8.0f} kip", f / 1e3, f / inputs::kKip); }
 std::string length(double l) { return fmt::format("{:10.1f} m     {:8.0f} ft", l, l / inputs::kFoot); }
-std::string energy(double e) { return fmt::format("{:10.2f} MJ    {:8.2f} 10^6 ft-lbf", e / 1e6, e / (inputs::kPoundForce * inputs::kFoot) / 1e6); }
+std::string energy(double e) {
+  return fmt::format("{:10.2f} MJ    {:8.2f} 10^6 ft-lbf", e / 1e6, e / (inputs::kPoundForce * inputs::kFoot) / 1e6);
+}
 
 }  // namespace
 
@@ -96,15 +99,16 @@ std::string to_table(const Outcome& o) {
     t += fmt::format("{:<34}{}{}{}\n", name, value, note.empty() ? "" : "   ", note);
   };
   const auto peak = [&](const char* name, const PeakForce& p) {
-    row(name, force(p.force), p.coupler == 0 ? "" : fmt::format("coupler {}-{} at {:.2f} s", p.coupler, p.coupler + 1, p.time));
+    row(name, force(p.force),
+        p.coupler == 0 ? "" : fmt::format("coupler {}-{} at {:.2f} s", p.coupler, p.coupler + 1, p.time));
   };
   row("cars", fmt::format("{:10d}", o.cars));
   row("cars past the point of derailment", fmt::format("{:10d}", o.cars_past_pod));
   row("cars off the track", fmt::format("{:10d}", o.cars_off_track));
   if (o.derailed_by.pod + o.derailed_by.lateral + o.derailed_by.torn_track > 0) {
     row("cars derailed", fmt::format("{:10d}", o.cars_derailed),
-        fmt::format("{} at the point of derailment, {} by lateral force, {} on torn track; {} groups", o.derailed_by.pod,
-                    o.derailed_by.lateral, o.derailed_by.torn_track, o.pile_up.groups));
+        fmt::format("{} at the point of derailment, {} by lateral force, {} on torn track; {} groups",
+                    o.derailed_by.pod, o.derailed_by.lateral, o.derailed_by.torn_track, o.pile_up.groups));
   }
   if (o.couplers_broken > 0) row("couplers broken", fmt::format("{:10d}", o.couplers_broken));
   const Closing& c = o.closing_speed_max;
@@ -113,7 +117,8 @@ std::string to_table(const Outcome& o) {
                    : fmt::format("cars {} and {} at {:.2f} s, ({:.1f}, {:.1f}) m; normal {:.1f} mph", c.car_a, c.car_b,
                                  c.time, c.x, c.y, c.normal_speed / inputs::kMph));
   const auto relative = [&](const char* name, const RelativeSpeed& r) {
-    row(name, speed(r.speed), r.coupler == 0 ? "" : fmt::format("coupler {}-{} at {:.2f} s", r.coupler, r.coupler + 1, r.time));
+    row(name, speed(r.speed),
+        r.coupler == 0 ? "" : fmt::format("coupler {}-{} at {:.2f} s", r.coupler, r.coupler + 1, r.time));
   };
   relative("relative speed of car ends, largest", o.relative_speed_max);
   relative("relative speed of centres, largest", o.centre_speed_max);
@@ -128,7 +133,8 @@ std::string to_table(const Outcome& o) {
   row("pile-up length", length(o.pile_up.length));
   row("pile-up width", length(o.pile_up.width));
   row("  of it, the largest heap", length(o.pile_up.main_length), fmt::format("{} cars", o.pile_up.main_cars));
-  row("site area", fmt::format("{:10.0f} m^2   {:8.0f} ft^2", o.pile_up.area, o.pile_up.area / (inputs::kFoot * inputs::kFoot)),
+  row("site area",
+      fmt::format("{:10.0f} m^2   {:8.0f} ft^2", o.pile_up.area, o.pile_up.area / (inputs::kFoot * inputs::kFoot)),
       fmt::format("{} cars at more than 60 degrees", o.pile_up.cars_across));
   row("energy at the start", energy(o.energy_initial));
   row("  spent by friction on the track", energy(o.energy.work_on_track));

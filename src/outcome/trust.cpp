@@ -9,8 +9,11 @@
 namespace train_derail::outcome {
 
 std::string residual_text(double residual) {
-  return fmt::format("{:.2g} of the energy at the start is unaccounted for: try a shorter solver.fixed_step, a smaller solver.rtol, or less "
-                     "stiffness", residual);
+  return fmt::format(
+      "{:.2g} of the energy at the start is unaccounted for: try a shorter solver.fixed_step, a smaller solver.rtol, "
+      "or less "
+      "stiffness",
+      residual);
 }
 
 std::string distrust(const Outcome& o) {

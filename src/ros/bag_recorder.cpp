@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include <boost/make_shared.hpp>
 #include <fmt/chrono.h>
+#include <boost/make_shared.hpp>
 
 namespace train_derail::ros_face {
 
@@ -29,7 +29,8 @@ std::string bag_path(const std::string& bag) {
   const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
   const std::string name = fmt::format("train_derail_{:%Y-%m-%d-%H-%M-%S}", fmt::localtime(now));
   fs::path path = fs::absolute(fs::path(bag) / (name + ".bag"));
-  for (int i = 2; fs::exists(path) || fs::exists(active(path)); ++i) path.replace_filename(fmt::format("{}_{}.bag", name, i));
+  for (int i = 2; fs::exists(path) || fs::exists(active(path)); ++i)
+    path.replace_filename(fmt::format("{}_{}.bag", name, i));
   return path;
 }
 
@@ -38,7 +39,8 @@ BagRecorder::BagRecorder(std::string path, std::string node, files::Existing exi
   struct stat status;
   if (stat(path_.c_str(), &status) == 0) {
     if (!S_ISREG(status.st_mode)) throw std::runtime_error(path_ + ": is not a file; a bag needs one");
-    if (existing_ == files::Existing::refuse) throw files::ExistsError(path_ + ": exists already and is not overwritten");
+    if (existing_ == files::Existing::refuse)
+      throw files::ExistsError(path_ + ": exists already and is not overwritten");
   }
   const std::string name = active(path_);
   lock_ = open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -56,7 +58,8 @@ BagRecorder::BagRecorder(std::string path, std::string node, files::Existing exi
   }
   if (there && existing_ == files::Existing::refuse) {
     unlock();
-    throw files::ExistsError(name + ": exists already, from a recording that was cut off; `rosbag reindex` makes it whole");
+    throw files::ExistsError(name +
+                             ": exists already, from a recording that was cut off; `rosbag reindex` makes it whole");
   }
   try {
     bag_->open(name, rosbag::bagmode::Write);
@@ -125,9 +128,7 @@ void BagRecorder::write(const std::string& topic, const Message& message, const 
 
 void BagRecorder::clock(const rosgraph_msgs::Clock& m) { now_ = m.clock; }
 void BagRecorder::tf(const tf2_msgs::TFMessage& m) { write("/tf", m, now_); }
-void BagRecorder::tf_static(const tf2_msgs::TFMessage& m) {
-  write("/tf_static", m, m.transforms.at(0).header.stamp);
-}
+void BagRecorder::tf_static(const tf2_msgs::TFMessage& m) { write("/tf_static", m, m.transforms.at(0).header.stamp); }
 void BagRecorder::cars(const CarStates& m) { write(node_ + "/cars", m, m.header.stamp); }
 void BagRecorder::couplers(const CouplerForces& m) { write(node_ + "/couplers", m, m.header.stamp); }
 void BagRecorder::markers(const visualization_msgs::MarkerArray& m) { write(node_ + "/markers", m, now_); }

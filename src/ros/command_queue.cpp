@@ -23,7 +23,8 @@ Answer CommandQueue::call(Work work, WallClock::duration timeout) {
   const auto done = [&] { return ticket->done; };
   const auto place = [&] { return std::find(waiting_.begin(), waiting_.end(), ticket); };
   // A step of the usual length is let go to its end, a point of the output grid.
-  if (attention_ != nullptr && !answered_.wait_for(lock, kPatience, done) && place() != waiting_.end()) *attention_ = true;
+  if (attention_ != nullptr && !answered_.wait_for(lock, kPatience, done) && place() != waiting_.end())
+    *attention_ = true;
   if (!answered_.wait_for(lock, timeout, done)) {
     if (const auto here = place(); here != waiting_.end()) {
       waiting_.erase(here);

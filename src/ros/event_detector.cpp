@@ -66,7 +66,8 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
   for (std::size_t i = 0; i < now.couplers.size(); ++i) {
     const simulation::CouplerSnapshot& b = now.couplers[i];
     const bool buff = b.buff_peak >= b.draft_peak;
-    observe_coupler(static_cast<int>(i) + 1, buff ? b.buff_peak_time : b.draft_peak_time, buff ? b.buff_peak : -b.draft_peak, last, found);
+    observe_coupler(static_cast<int>(i) + 1, buff ? b.buff_peak_time : b.draft_peak_time,
+                    buff ? b.buff_peak : -b.draft_peak, last, found);
   }
   const outcome::Closing& closing = outcome.closing_speed_max;
   if (outcome.touches > touches_ && (touches_ == 0 || closing.speed > fastest_)) {
@@ -99,8 +100,9 @@ void EventDetector::observe_incidents(const simulation::Snapshot& now, const mod
   for (; broken_ < incidents.broken.size(); ++broken_) {
     const model::BrokenCoupler& b = incidents.broken[broken_];
     const int number = static_cast<int>(b.coupler) + 1;
-    found.push_back({Event::COUPLER_BROKEN, b.time, 0, 0, number, b.axial_force,
-                     fmt::format("coupler {} broken by {} at {}", number, outcome::to_string(b.by), force_text(b.axial_force))});
+    found.push_back(
+        {Event::COUPLER_BROKEN, b.time, 0, 0, number, b.axial_force,
+         fmt::format("coupler {} broken by {} at {}", number, outcome::to_string(b.by), force_text(b.axial_force))});
   }
 }
 

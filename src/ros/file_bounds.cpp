@@ -19,9 +19,11 @@ constexpr std::size_t kPathMax = 4096;
 
 void check_text(const std::string& where, const std::string& key, const std::string& path, const std::string& allowed) {
   if (path.empty()) throw inputs::InputError(where, key, "", "missing", allowed);
-  if (path.size() >= kPathMax) throw inputs::InputError(where, key, path.substr(0, inputs::kShownMax), "too long for a path", allowed);
+  if (path.size() >= kPathMax)
+    throw inputs::InputError(where, key, path.substr(0, inputs::kShownMax), "too long for a path", allowed);
   const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
-  if (std::any_of(path.begin(), path.end(), control)) throw inputs::InputError(where, key, path, "holds control characters", allowed);
+  if (std::any_of(path.begin(), path.end(), control))
+    throw inputs::InputError(where, key, path, "holds control characters", allowed);
 }
 
 /// Empty if it cannot be told where it leads.
@@ -52,7 +54,8 @@ fs::path stripped(fs::path path) {
 
 }  // namespace
 
-std::string FileBounds::writable(const std::string& where, const std::string& key, const std::string& path, bool or_all) const {
+std::string FileBounds::writable(const std::string& where, const std::string& key, const std::string& path,
+                                 bool or_all) const {
   const std::string allowed = "a path below " + results_;
   check_text(where, key, path, allowed);
   const fs::path real = stripped(resolved(fs::path(results_) / path));

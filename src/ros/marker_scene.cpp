@@ -49,9 +49,9 @@ constexpr double kGauge = 1.435;
 constexpr double kCouplerHeight = 0.9;
 constexpr double kArrowLength = 2.6, kArrowWidth = 2.4;  // on the roofs' ends, at full force
 constexpr double kArrowForceMin = 1.0e3;                 // N
-constexpr double kForceAxisAside = 110.0;  // of the track [m]
-constexpr double kBar = 22.0;              // at full force [m]
-constexpr double kBarMax = 3.0;            // longest over that
+constexpr double kForceAxisAside = 110.0;                // of the track [m]
+constexpr double kBar = 22.0;                            // at full force [m]
+constexpr double kBarMax = 3.0;                          // longest over that
 constexpr double kBrokenStub = 0.9, kBrokenWidth = 3.0;  // a T at either end of the gap
 constexpr double kTieSpacing = 0.8, kTiesReach = 100.0;
 constexpr double kTrackPiece = 10.0;  // longest straight piece of a drawn curve
@@ -64,10 +64,10 @@ constexpr int kLayers = 32;
 constexpr double kLayerStep = 0.03;
 constexpr double kAboveRoofs = kRoofHeight + kLayerStep * kLayers;
 
-constexpr double kFlashTime = 1.0;      // simulated [s]
-constexpr double kSpeedTextMin = 1.0;   // slower touches have no text [m/s]
-constexpr double kSpeedTextAside = 14.0;  // m
-constexpr int kSpeedRows = 6;             // on both sides together
+constexpr double kFlashTime = 1.0;                                     // simulated [s]
+constexpr double kSpeedTextMin = 1.0;                                  // slower touches have no text [m/s]
+constexpr double kSpeedTextAside = 14.0;                               // m
+constexpr int kSpeedRows = 6;                                          // on both sides together
 constexpr double kStarMin = 1.5, kStarPerSpeed = 0.5, kStarMax = 8.0;  // radius [m], [m per m/s], [m]
 
 /// A car's axes in the world, to place points given in its own.
@@ -200,8 +200,8 @@ void MarkerScene::add_track(const inputs::Scenario& scenario) {
     m[kTies].points.push_back(beside(track.at(at), 1.3, 0.1));
   }
   m[kForceName].text = "coupler force (root): up buff, down draft";
-  m[kForceName].pose.position = make_point(std::max(-0.85 * train_length_, kViewMiddle - 300.0),
-                                           force_axis_y_ - m[kForceName].scale.z, 0.0);
+  m[kForceName].pose.position =
+      make_point(std::max(-0.85 * train_length_, kViewMiddle - 300.0), force_axis_y_ - m[kForceName].scale.z, 0.0);
   m[kPodName].text = "point of derailment";
   m[kPodName].pose.position = make_point(0.0, -11.0, 0.5);
 }
@@ -224,9 +224,8 @@ void MarkerScene::add_legends() {
 void MarkerScene::update(const simulation::Snapshot& now, const outcome::Outcome& outcome,
                          const std::vector<outcome::Closing>& touches, double pile_up_x, double pile_up_y,
                          const ::ros::Time& stamp) {
-  for (const Slot slot :
-       {kOnTrack, kOffTrack, kPastPod, kByPod, kByLateral, kByTornTrack, kDark, kEdges, kCouplers, kArrows, kBroken,
-        kForceAxis, kForceBars, kStars}) {
+  for (const Slot slot : {kOnTrack, kOffTrack, kPastPod, kByPod, kByLateral, kByTornTrack, kDark, kEdges, kCouplers,
+                          kArrows, kBroken, kForceAxis, kForceBars, kStars}) {
     array_.markers[slot].points.clear();
     array_.markers[slot].colors.clear();
   }
@@ -289,9 +288,8 @@ void MarkerScene::draw_couplers(const simulation::Snapshot& now) {
     const double x = 0.5 * (a.x + b.x);
     m[kCouplers].points.insert(m[kCouplers].points.end(), {a, b});
     paint(m[kCouplers], c);
-    m[kForceBars].points.insert(
-        m[kForceBars].points.end(),
-        {make_point(x, force_axis_y_, 0.0), make_point(x, force_axis_y_ + bar_length(force), 0.0)});
+    m[kForceBars].points.insert(m[kForceBars].points.end(), {make_point(x, force_axis_y_, 0.0),
+                                                             make_point(x, force_axis_y_ + bar_length(force), 0.0)});
     paint(m[kForceBars], c);
     if (std::abs(force) < kArrowForceMin) continue;
     // On both roofs, with the tip at the coupler in buff, the base in draft.
@@ -309,8 +307,7 @@ std::string MarkerScene::status_text(const simulation::Snapshot& now, const outc
   const simulation::CarSnapshot& last = now.cars.back();
   const bool buff = outcome.coupler_buff_peak.force >= outcome.coupler_draft_peak.force;
   const outcome::PeakForce& peak = buff ? outcome.coupler_buff_peak : outcome.coupler_draft_peak;
-  std::string text =
-      fmt::format("t = {:.2f} s   last car {}\n", now.time, speed_text(std::hypot(last.vx, last.vy)));
+  std::string text = fmt::format("t = {:.2f} s   last car {}\n", now.time, speed_text(std::hypot(last.vx, last.vy)));
   if (rails_yield_) {
     const outcome::DerailedBy& by = outcome.derailed_by;
     text += fmt::format("derailed: {} (point {}, lateral {}, torn {}) of {}", outcome.cars_derailed, by.pod, by.lateral,

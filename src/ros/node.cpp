@@ -29,8 +29,8 @@ namespace {
 constexpr double kEndWithin = 1.8;
 constexpr double kSavingMax = 60.0;
 
-/// SIGINT and SIGTERM, on a thread of its own. The first asks the node to end; if it has not ended soon after (a master or
-/// peer that holds a connection without a word), it is ended.
+/// SIGINT and SIGTERM, on a thread of its own. The first asks the node to end; if it has not ended soon after (a master
+/// or peer that holds a connection without a word), it is ended.
 class EndOnSignals {
  public:
   /// Before any other thread starts: all inherit what is blocked here.

@@ -22,7 +22,8 @@ constexpr char kRateRange[] = "0 (as fast as the integrator goes), or 0.001 to 1
 }  // namespace
 
 YAML::Node to_yaml_tree(const XmlRpcValue& value, const std::string& name, int depth) {
-  if (depth > kDepthMax) throw InputError(name, "", "", "nested too deeply", fmt::format("at most {} levels", kDepthMax));
+  if (depth > kDepthMax)
+    throw InputError(name, "", "", "nested too deeply", fmt::format("at most {} levels", kDepthMax));
   switch (value.getType()) {
     case XmlRpcValue::TypeBoolean:
     case XmlRpcValue::TypeInt:
@@ -30,7 +31,8 @@ YAML::Node to_yaml_tree(const XmlRpcValue& value, const std::string& name, int d
     case XmlRpcValue::TypeDouble: return YAML::Node(number_text(static_cast<const double&>(value)));
     case XmlRpcValue::TypeArray: {
       YAML::Node list(YAML::NodeType::Sequence);
-      for (int i = 0; i < value.size(); ++i) list.push_back(to_yaml_tree(value[i], fmt::format("{}[{}]", name, i), depth + 1));
+      for (int i = 0; i < value.size(); ++i)
+        list.push_back(to_yaml_tree(value[i], fmt::format("{}[{}]", name, i), depth + 1));
       return list;
     }
     case XmlRpcValue::TypeStruct: {
@@ -60,7 +62,8 @@ NodeParameters read_node_parameters(const XmlRpcValue& tree, const std::string& 
   p.results_folder = reader.text("results_folder", "");
   if (p.results_folder.empty()) p.results_folder = default_results_folder();
   if (p.results_folder.front() != '/') {
-    throw InputError(node_name, "results_folder", p.results_folder, "relative path", "an absolute path on the node's machine");
+    throw InputError(node_name, "results_folder", p.results_folder, "relative path",
+                     "an absolute path on the node's machine");
   }
   p.bag = reader.text("bag", p.bag);
   p.publish_clock = reader.flag("publish/clock", p.publish_clock);

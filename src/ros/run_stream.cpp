@@ -44,8 +44,7 @@ void RunStream::start_run(const simulation::Simulation& simulation, const RunSta
 void RunStream::grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome) {
   clock_.advance(simulation.time());
   send_grid_point(simulation, outcome);
-  const auto every =
-      std::max<std::int64_t>(1, std::llround(kOutcomeInterval / simulation.scenario().output.interval));
+  const auto every = std::max<std::int64_t>(1, std::llround(kOutcomeInterval / simulation.scenario().output.interval));
   if ((grid_points_ - 1) % every == 0 && !simulation.ended()) {
     send_impacts(simulation);
     send(&MessageSink::outcome, to_message(outcome, header(), run_id_));

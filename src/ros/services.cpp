@@ -41,7 +41,8 @@ bool ask(CommandQueue& commands, Response& response, Work work) {
 
 void check_size(const char* key, std::size_t size) {
   if (size <= kTextMax) return;
-  throw inputs::InputError("~restart", key, fmt::format("{} bytes", size), "too long", fmt::format("at most {} bytes", kTextMax));
+  throw inputs::InputError("~restart", key, fmt::format("{} bytes", size), "too long",
+                           fmt::format("at most {} bytes", kTextMax));
 }
 
 /// Throws inputs::InputError.
@@ -108,7 +109,8 @@ bool Services::restart(Restart::Request& request, Restart::Response& response) {
   const std::lock_guard<std::mutex> one_at_a_time(restart_mutex_);
   // The tree of a long text leaves holes in the heap: they go back to the system.
   constexpr std::size_t kLongText = 16384;
-  const std::unique_ptr<void, void (*)(void*)> give_back(request.scenario.size() > kLongText ? this : nullptr, [](void*) { malloc_trim(0); });
+  const std::unique_ptr<void, void (*)(void*)> give_back(request.scenario.size() > kLongText ? this : nullptr,
+                                                         [](void*) { malloc_trim(0); });
   ScenarioSource current;
   ask(loop_.commands(), response, [&] {
     current = loop_.source();

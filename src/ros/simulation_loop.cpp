@@ -61,8 +61,8 @@ NextRun prepare(const RestartRequest& request, const ScenarioSource& current) {
   return {std::move(next), std::move(simulation), request.start_paused};
 }
 
-SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters, const FileBounds& bounds,
-                               const ScenarioSource& source, LoopControl& control)
+SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters,
+                               const FileBounds& bounds, const ScenarioSource& source, LoopControl& control)
     : parameters_(parameters),
       control_(control),
       source_(source),
@@ -164,7 +164,8 @@ void SimulationLoop::end_run() {
   report(WallClock::now());
   if (stepping_) finish_step({stepping_->left == 0, "the run has ended at " + at_time()});
   if (failed) {
-    ROS_ERROR_NAMED("run", "run %u: integration failed at %s: %s", run_id(), at_time().c_str(), outcome.message.c_str());
+    ROS_ERROR_NAMED("run", "run %u: integration failed at %s: %s", run_id(), at_time().c_str(),
+                    outcome.message.c_str());
   } else {
     ROS_INFO_NAMED(
         "run", "run %u: ended at %s (%s): %d cars past the point of derailment, %d off the track, peak force %.0f kip",
@@ -286,7 +287,8 @@ void SimulationLoop::watch_clock() {
   if (const std::vector<std::string> rivals = clock_watch_.rivals(); rivals.empty()) {
     ROS_INFO_NAMED("clock", "/clock is published by one node again");
   } else {
-    ROS_ERROR_NAMED("clock", "%s; all nodes that follow it are led astray: end one of them, or give it publish_clock:=false",
+    ROS_ERROR_NAMED("clock",
+                    "%s; all nodes that follow it are led astray: end one of them, or give it publish_clock:=false",
                     rivals_text(rivals).c_str());
   }
   publish_run_info();

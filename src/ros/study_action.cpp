@@ -21,16 +21,16 @@ namespace {
 
 constexpr const char* kName = "run_study";
 constexpr std::size_t kTextMax = 1U << 20;  // bytes
-constexpr double kFeedbackInterval = 0.1;  // wall [s], at least
-constexpr double kStatusInterval = 0.2;    // wall [s]
+constexpr double kFeedbackInterval = 0.1;   // wall [s], at least
+constexpr double kStatusInterval = 0.2;     // wall [s]
 constexpr std::uint32_t kQueueSize = 50;
 constexpr std::ptrdiff_t kEndedKept = 10;  // goals, in ~run_study/status
 
 }  // namespace
 
-/// actionlib's own server goes by ROS time. Here that is the simulated one: it stands still while the run is paused, and
-/// two clients that name their goals by it may give the same name twice. So status is sent by the wall clock, and a goal
-/// that has ended makes way for a new one of its name.
+/// actionlib's own server goes by ROS time. Here that is the simulated one: it stands still while the run is paused,
+/// and two clients that name their goals by it may give the same name twice. So status is sent by the wall clock, and a
+/// goal that has ended makes way for a new one of its name.
 class StudyAction::Server : public actionlib::ActionServerBase<RunStudyAction> {
  public:
   Server(const ::ros::NodeHandle& private_handle, const FileBounds& bounds)
@@ -61,7 +61,8 @@ class StudyAction::Server : public actionlib::ActionServerBase<RunStudyAction> {
     });
     cancels_ = handle_.subscribe<actionlib_msgs::GoalID>(
         "cancel", kQueueSize, [this](const actionlib_msgs::GoalIDConstPtr& id) { cancelCallback(id); });
-    timer_ = handle_.createWallTimer(::ros::WallDuration(kStatusInterval), [this](const ::ros::WallTimerEvent&) { publishStatus(); });
+    timer_ = handle_.createWallTimer(::ros::WallDuration(kStatusInterval),
+                                     [this](const ::ros::WallTimerEvent&) { publishStatus(); });
   }
 
   void forget_ended(const std::string& id) {

@@ -59,7 +59,8 @@ struct Head {
 constexpr std::uint32_t kMessageMax = 64U << 20;
 
 std::uint64_t memory_limit() {
-  const auto all = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
+  const auto all =
+      static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
   return std::min(all / 2, kMemoryMax);
 }
 
@@ -152,8 +153,8 @@ RunStudyResult run(const RunStudyGoal& goal, const FileBounds& bounds,
     options.resume = goal.resume != 0;
     result.folder = options.folder;
     fs::create_directories(bounds.results());
-    const study::RunReport report =
-        study::run_study(study, options, [&](const study::Progress& p) { feedback(to_message(p)); }, g_stop);
+    const study::RunReport report = study::run_study(
+        study, options, [&](const study::Progress& p) { feedback(to_message(p)); }, g_stop);
     result.runs = report.runs;
     result.computed = report.computed;
     result.failed = report.failed;
@@ -168,11 +169,12 @@ RunStudyResult run(const RunStudyGoal& goal, const FileBounds& bounds,
     result.status = RunStudyResult::DONE;
     result.message = fmt::format("{} runs in {}", report.runs, options.folder);
     if (report.failed > 0) {
-      result.message += fmt::format("; {} of {} failed, their rows in runs.csv say why", report.failed, report.computed);
+      result.message +=
+          fmt::format("; {} of {} failed, their rows in runs.csv say why", report.failed, report.computed);
     }
     if (!report.problems.empty()) {
-      result.message += fmt::format("; {} lines of journals were not believed and computed anew, the first: {}", report.problems.size(),
-                                    report.problems.front());
+      result.message += fmt::format("; {} lines of journals were not believed and computed anew, the first: {}",
+                                    report.problems.size(), report.problems.front());
     }
     for (const std::string& warning : totals.warnings) result.message += "; warning: " + warning;
   } catch (const study::Stopped&) {
@@ -183,8 +185,10 @@ RunStudyResult run(const RunStudyGoal& goal, const FileBounds& bounds,
     result.message = e.what();
   } catch (const std::bad_alloc&) {
     result.status = RunStudyResult::OUTPUT_FAILED;
-    result.message = fmt::format("{}: needs more than the {} MiB that a study in the node may have; derail study has no "
-                                 "such limit", kWhere, memory_limit() >> 20);
+    result.message = fmt::format(
+        "{}: needs more than the {} MiB that a study in the node may have; derail study has no "
+        "such limit",
+        kWhere, memory_limit() >> 20);
   } catch (const std::exception& e) {
     result.status = RunStudyResult::OUTPUT_FAILED;
     result.message = e.what();
@@ -277,7 +281,8 @@ class Child {
   void send(int signal) const { kill(pid_, signal); }
   int wait() {
     int status = 0;
-    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {}
+    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    }
     pid_ = -1;
     return status;
   }
@@ -302,7 +307,8 @@ std::string how_it_ended(int status) {
 std::uint32_t study_jobs_max() { return kJobsPerCore * std::max(1U, std::thread::hardware_concurrency()); }
 
 RunStudyResult run_study_process(const RunStudyGoal& goal, const FileBounds& bounds,
-                                 const std::function<void(const RunStudyFeedback&)>& feedback, const std::atomic<bool>& stop) {
+                                 const std::function<void(const RunStudyFeedback&)>& feedback,
+                                 const std::atomic<bool>& stop) {
   RunStudyFeedback last;
   std::optional<RunStudyResult> result;
   RunStudyResult broken;

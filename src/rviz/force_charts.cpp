@@ -115,7 +115,8 @@ ForceCharts::ForceCharts(QWidget* parent) : QWidget(parent) {
   const QColor now = palette().color(QPalette::Text);
   along_ = new ForceChart(this);
   over_time_ = new ForceChart(this);
-  along_->setToolTip(tr("Axial force over the coupler's number, from the first car to derail: buff (compression) up, draft down."));
+  along_->setToolTip(
+      tr("Axial force over the coupler's number, from the first car to derail: buff (compression) up, draft down."));
   over_time_->setToolTip(tr("Largest buff (up) and draft (down) of all couplers at each time of this run."));
   along_caption_ = new QLabel(this);
   over_time_caption_ = new QLabel(this);

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <QLabel>
+#include <QWidget>
 #include <QtCharts/QChartView>
 #include <QtCharts/QLineSeries>
 #include <QtCharts/QValueAxis>
-#include <QWidget>
 
 #include "rviz/force_record.hpp"
 

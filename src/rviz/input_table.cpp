@@ -43,8 +43,7 @@ std::string si_text(double value, const std::string& unit) {
 
 class Lister {
  public:
-  Lister(InputTable& table, std::string prefix)
-      : table_(table), prefix_(std::move(prefix)) {}
+  Lister(InputTable& table, std::string prefix) : table_(table), prefix_(std::move(prefix)) {}
 
   void text(const char* key, const std::string& value, const inputs::Doc& doc) {
     InputItem& item = add(key, doc.text);

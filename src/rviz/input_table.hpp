@@ -12,15 +12,15 @@
 namespace train_derail::rviz_panel {
 
 struct InputItem {
-  std::string unit;                  // the one people read; empty: a bare number, a choice or a text
-  std::string unit_si;               // empty if there is none
-  std::string allowed;               // in `unit`
+  std::string unit;     // the one people read; empty: a bare number, a choice or a text
+  std::string unit_si;  // empty if there is none
+  std::string allowed;  // in `unit`
   std::string meaning;
   std::vector<std::string> choices;  // empty: not a choice
   std::string value;                 // with `unit`
   std::string value_si;              // with the SI unit; empty if `unit` is that or there is none
   std::string exact;                 // every digit, to compare
-  std::string acts_with;             // if the value has no effect in this scenario: what it would have one with; empty if it acts
+  std::string acts_with;  // if the value has no effect in this scenario: what it would have one with; empty if it acts
 };
 
 /// Every key of a scenario that has a value in it.
@@ -30,8 +30,8 @@ InputTable make_input_table(const inputs::Scenario& scenario);
 
 /// What somebody has typed for one key.
 struct CheckedInput {
-  std::string error;     // empty if it may stand there; otherwise what the reader says
-  std::string text;      // with the unit that was meant, if it was a bare number
+  std::string error;  // empty if it may stand there; otherwise what the reader says
+  std::string text;   // with the unit that was meant, if it was a bare number
   std::string value_si;
   bool as_before = false;  // the scenario has this value already
 };

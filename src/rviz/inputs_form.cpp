@@ -68,9 +68,10 @@ InputsForm::InputsForm(QWidget* parent) : QWidget(parent) {
   QPalette palette = free_->palette();  // greys out with the rest
   palette.setColor(QPalette::Disabled, QPalette::PlaceholderText, palette.color(QPalette::Disabled, QPalette::Text));
   free_->setPalette(palette);
-  free_->setToolTip(tr("Any other inputs of the scenario, as <tt>derail run --set</tt> takes them:<br>"
-                       "<tt>coupler.stiffness=40e6 lbf/ft; solver.method=bdf</tt><br>"
-                       "<tt>derail keys</tt> lists them all; the node checks them."));
+  free_->setToolTip(
+      tr("Any other inputs of the scenario, as <tt>derail run --set</tt> takes them:<br>"
+         "<tt>coupler.stiffness=40e6 lbf/ft; solver.method=bdf</tt><br>"
+         "<tt>derail keys</tt> lists them all; the node checks them."));
   label->setBuddy(free_);
   grid->addWidget(label, row, 0);
   grid->addWidget(free_, row, 1, 1, kPairs * kColumns - 1);
@@ -182,7 +183,8 @@ QString InputsForm::show_run(const std::string& yaml) {
     if (row.key.rfind("consist[0]", 0) == 0) row.label->setText(row.title + block);
     // What has no effect is not offered; what somebody has typed is not hidden from him.
     const bool shown = item.acts_with.empty() || !row.typed.empty();
-    for (QWidget* widget : {static_cast<QWidget*>(row.label), row.editor(), static_cast<QWidget*>(row.si)}) widget->setVisible(shown);
+    for (QWidget* widget : {static_cast<QWidget*>(row.label), row.editor(), static_cast<QWidget*>(row.si)})
+      widget->setVisible(shown);
     decorate(row);
   }
   Q_EMIT changed();
@@ -272,7 +274,8 @@ QString InputsForm::tooltip(const Row& row) const {
   const auto found = table_.find(row.key);
   if (found == table_.end()) return {};
   const InputItem& item = found->second;
-  QString text = "<p><b>" + QString::fromStdString(row.key) + "</b><br>" + QString::fromStdString(item.meaning).toHtmlEscaped();
+  QString text =
+      "<p><b>" + QString::fromStdString(row.key) + "</b><br>" + QString::fromStdString(item.meaning).toHtmlEscaped();
   if (!item.unit.empty()) {
     text += "<br>" + tr("Unit: %1, or any other written behind the number.").arg(QString::fromStdString(item.unit));
   }

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include <yaml-cpp/yaml.h>
 #include <QComboBox>
 #include <QLabel>
 #include <QLineEdit>
 #include <QTimer>
 #include <QWidget>
-#include <yaml-cpp/yaml.h>
 
 #include "rviz/input_table.hpp"
 
@@ -23,8 +23,8 @@ class InputsForm : public QWidget {
  public:
   explicit InputsForm(QWidget* parent = nullptr);
 
-  /// `yaml`: the scenario of the run that is under way. What was typed and differs from it stays. Returns why it cannot be
-  /// shown; empty if it is.
+  /// `yaml`: the scenario of the run that is under way. What was typed and differs from it stays. Returns why it cannot
+  /// be shown; empty if it is.
   QString show_run(const std::string& yaml);
   /// "key=value" for each input that differs from the run's, and the free ones.
   std::vector<std::string> overrides() const;
@@ -48,12 +48,12 @@ class InputsForm : public QWidget {
     std::string key;
     QString title;
     QLabel* label = nullptr;
-    QLineEdit* edit = nullptr;    // one of the two
+    QLineEdit* edit = nullptr;  // one of the two
     QComboBox* choice = nullptr;
     QLabel* si = nullptr;
-    std::string typed;            // by the user; empty: nothing
-    bool differs = false;         // typed, and not what the run has
-    bool applied = false;         // a run has had what was typed
+    std::string typed;     // by the user; empty: nothing
+    bool differs = false;  // typed, and not what the run has
+    bool applied = false;  // a run has had what was typed
     QString error;
 
     QWidget* editor() const { return edit != nullptr ? static_cast<QWidget*>(edit) : choice; }
@@ -69,9 +69,9 @@ class InputsForm : public QWidget {
   std::vector<std::unique_ptr<Row>> rows_;
   QLineEdit* free_;
   QTimer check_later_;
-  YAML::Node tree_;    // of the run's scenario; null: no run known yet
-  InputTable table_;   // of the same
-  QString unreadable_; // why the inputs of the run that is under way cannot be shown; empty if they are
+  YAML::Node tree_;     // of the run's scenario; null: no run known yet
+  InputTable table_;    // of the same
+  QString unreadable_;  // why the inputs of the run that is under way cannot be shown; empty if they are
 };
 
 }  // namespace train_derail::rviz_panel

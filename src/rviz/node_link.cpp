@@ -15,11 +15,11 @@
 #include <std_srvs/Trigger.h>
 
 #include "rviz/service_call.hpp"
-#include "train_derail/ros/clock_watch.hpp"
 #include "train_derail/CarStates.h"
 #include "train_derail/Restart.h"
 #include "train_derail/SetRate.h"
 #include "train_derail/Step.h"
+#include "train_derail/ros/clock_watch.hpp"
 
 namespace train_derail::rviz_panel {
 
@@ -36,7 +36,9 @@ constexpr double kRateSpacing = 0.1;
 /// Peaks are not to be missed at rate 0.
 constexpr std::uint32_t kForcesQueue = 1000;
 
-double seconds_between(Clock::time_point a, Clock::time_point b) { return std::chrono::duration<double>(b - a).count(); }
+double seconds_between(Clock::time_point a, Clock::time_point b) {
+  return std::chrono::duration<double>(b - a).count();
+}
 
 /// Simulated seconds per wall second over the last seconds.
 class RateMeter {
@@ -133,7 +135,8 @@ struct NodeLink::Core {
 
   bool has_publishers() {
     const std::lock_guard<std::mutex> lock(subscribers_mutex);
-    return std::any_of(subscribers.begin(), subscribers.end(), [](const ::ros::Subscriber& s) { return s.getNumPublishers() > 0; });
+    return std::any_of(subscribers.begin(), subscribers.end(),
+                       [](const ::ros::Subscriber& s) { return s.getNumPublishers() > 0; });
   }
 
   std::string current_node() const {

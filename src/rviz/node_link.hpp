@@ -29,15 +29,15 @@ struct Answer {
   std::uint64_t number = 0;  // counts answers from 1
   std::string service;       // "restart"
   bool success = false;
-  std::string message;       // the service's, verbatim; or that none came
+  std::string message;  // the service's, verbatim; or that none came
 };
 
 /// What is known of the node at one instant.
 struct NodeView {
-  std::string node;       // resolved; empty if the name is not valid
-  std::string name_error; // then
-  bool present = false;   // its services can be reached
-  std::string player;     // another node that publishes its topics, most likely rosbag play; empty: none
+  std::string node;        // resolved; empty if the name is not valid
+  std::string name_error;  // then
+  bool present = false;    // its services can be reached
+  std::string player;      // another node that publishes its topics, most likely rosbag play; empty: none
   std::vector<std::string> clock_publishers;  // if more than one: time jumps
   RunInfo::ConstPtr run_info;
   Inputs::ConstPtr inputs;

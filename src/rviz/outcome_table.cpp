@@ -25,25 +25,32 @@ OutcomeTable::OutcomeTable(QWidget* parent) : QWidget(parent), grid_(new QGridLa
   warnings_.value->setWordWrap(true);
   warnings_.value->setTextFormat(Qt::PlainText);
   for (QLabel* label : {warnings_.title, warnings_.value}) set_text_color(label, error_color());
-  derailed_ = add_wide_row("derailed", "Derailed cars",
-                           "Cars whose centre of mass has passed the point of derailment; and cars of which a truck centre has "
-                           "been sideways by more than outcome.off_track_threshold.");
-  causes_ = add_wide_row("causes", "First truck off",
-                         "Derailed cars by what took their first truck off the rails: the point of derailment, lateral force, "
-                         "track torn up by another truck.");
+  derailed_ =
+      add_wide_row("derailed", "Derailed cars",
+                   "Cars whose centre of mass has passed the point of derailment; and cars of which a truck centre has "
+                   "been sideways by more than outcome.off_track_threshold.");
+  causes_ = add_wide_row(
+      "causes", "First truck off",
+      "Derailed cars by what took their first truck off the rails: the point of derailment, lateral force, "
+      "track torn up by another truck.");
   speed_ = add_row("speed", "Speed, last car", "Of the last car of the train, now.");
   buff_ = add_row("buff", "Peak buff", "Largest compression of a coupler in this run, and which coupler.");
   draft_ = add_row("draft", "Peak draft", "Largest tension of a coupler in this run, and which coupler.");
-  broken_ = add_wide_row("broken", "Couplers broken", "By draft force, swing angle or moment; ~events says which and when.");
-  blockage_ = add_row("blockage", "Blockage force", "Mean buff force on the foremost car on the rails behind the derailed ones.");
+  broken_ =
+      add_wide_row("broken", "Couplers broken", "By draft force, swing angle or moment; ~events says which and when.");
+  blockage_ = add_row("blockage", "Blockage force",
+                      "Mean buff force on the foremost car on the rails behind the derailed ones.");
   closing_ = add_row("closing", "Closing speed", "Fastest first touch of two cars in this run, and which cars.");
   impacts_ = add_row("impacts", "Impacts",
-                     "Of car bodies, at 1 mph and more: how many, and the fastest, at right angles to the surface; ~impacts lists them.");
+                     "Of car bodies, at 1 mph and more: how many, and the fastest, at right angles to the surface; "
+                     "~impacts lists them.");
   impact_force_ = add_row("impact_force", "Impact force", "Largest of all impacts.");
   pile_up_ = add_row("pile_up", "Pile-up", "Length along the track and width of the cars derailed or off the track.");
-  site_ = add_wide_row("site", "Site", "Convex hull of the cars derailed or off the track; of them those at more than 60 degrees to "
+  site_ = add_wide_row("site", "Site",
+                       "Convex hull of the cars derailed or off the track; of them those at more than 60 degrees to "
                        "the track, and groups of neighbours in the train.");
-  spent_ = add_wide_row("spent", "Energy spent", "Of the energy at the start, in per cent: on the ground and by brakes, by couplers "
+  spent_ = add_wide_row("spent", "Energy spent",
+                        "Of the energy at the start, in per cent: on the ground and by brakes, by couplers "
                         "(damping and breaking), by crushing and friction of bodies.");
   residual_ = add_row("residual", "Energy residual",
                       "What is missing in the energy balance of this run, over the energy at its start.");
@@ -88,7 +95,10 @@ void OutcomeTable::show_accident(const Outcome* outcome) {
   set(warnings_, !warnings.isEmpty(), warnings.join('\n'));
   const std::uint32_t by_cause = o.derailed_by_pod + o.derailed_by_lateral + o.derailed_by_torn_track;
   set(causes_, by_cause > 0,
-      tr("%1 point, %2 lateral, %3 torn track").arg(o.derailed_by_pod).arg(o.derailed_by_lateral).arg(o.derailed_by_torn_track));
+      tr("%1 point, %2 lateral, %3 torn track")
+          .arg(o.derailed_by_pod)
+          .arg(o.derailed_by_lateral)
+          .arg(o.derailed_by_torn_track));
   set(broken_, o.couplers_broken > 0, QString::number(o.couplers_broken));
   set(blockage_, o.blockage_force > 0.0, tr("%1 kip").arg(fixed(o.blockage_force / inputs::kKip, 0)),
       tr("%1 kN").arg(fixed(o.blockage_force / 1000.0, 0)));
@@ -99,7 +109,8 @@ void OutcomeTable::show_accident(const Outcome* outcome) {
   set(site_, by_cause > 0,
       tr("%1 ft\u00b2 (%2 m\u00b2), across %3, groups %4")
           .arg(fixed(o.pile_up_area / (inputs::kFoot * inputs::kFoot), 0), fixed(o.pile_up_area, 0))
-          .arg(o.cars_across).arg(o.groups));
+          .arg(o.cars_across)
+          .arg(o.groups));
   const double impacts = o.work_impact_normal + o.work_impact_friction;
   const double couplers = o.work_coupler_damping + o.work_coupler_break;
   const auto share = [&](double work) { return fixed(100.0 * work / o.energy_initial, 1); };
@@ -118,8 +129,10 @@ void OutcomeTable::show_outcome(const NodeView& view) {
     set(derailed_, kNothing, {});
     set(speed_, kNothing, {});
   } else {
-    set(derailed_, tr("%1 past the point, %2 off the track, of %3").arg(train.past_pod).arg(train.off_track).arg(train.cars), {});
-    set(speed_, tr("%1 mph").arg(fixed(train.speed_last / inputs::kMph, 1)), tr("%1 m/s").arg(fixed(train.speed_last, 2)));
+    set(derailed_,
+        tr("%1 past the point, %2 off the track, of %3").arg(train.past_pod).arg(train.off_track).arg(train.cars), {});
+    set(speed_, tr("%1 mph").arg(fixed(train.speed_last / inputs::kMph, 1)),
+        tr("%1 m/s").arg(fixed(train.speed_last, 2)));
   }
   show_accident(view.outcome.get());
   if (!view.outcome) {
@@ -137,7 +150,8 @@ void OutcomeTable::show_outcome(const NodeView& view) {
       }
     }
     const QString where = coupler > 0 ? tr(" at %1").arg(coupler) : QString();
-    return std::pair(tr("%1 kip").arg(fixed(known / inputs::kKip, 0)) + where, tr("%1 kN").arg(fixed(known / 1000.0, 0)));
+    return std::pair(tr("%1 kip").arg(fixed(known / inputs::kKip, 0)) + where,
+                     tr("%1 kN").arg(fixed(known / 1000.0, 0)));
   };
   const auto buff = peak(o.coupler_buff_peak, o.coupler_buff_peak_coupler, view.forces.buff_peak);
   const auto draft = peak(o.coupler_draft_peak, o.coupler_draft_peak_coupler, view.forces.draft_peak);
@@ -146,10 +160,16 @@ void OutcomeTable::show_outcome(const NodeView& view) {
   if (o.touches == 0) {
     set(closing_, tr("no contact"), {});
   } else {
-    set(closing_, tr("%1 mph, %2\u2013%3").arg(fixed(o.closing_speed_max / inputs::kMph, 1)).arg(o.closing_car_a).arg(o.closing_car_b),
+    set(closing_,
+        tr("%1 mph, %2\u2013%3")
+            .arg(fixed(o.closing_speed_max / inputs::kMph, 1))
+            .arg(o.closing_car_a)
+            .arg(o.closing_car_b),
         tr("%1 m/s").arg(fixed(o.closing_speed_max, 2)));
   }
-  const auto size = [](double length, double width) { return QString("%1 \u00d7 %2 ").arg(fixed(length, 0), fixed(width, 0)); };
+  const auto size = [](double length, double width) {
+    return QString("%1 \u00d7 %2 ").arg(fixed(length, 0), fixed(width, 0));
+  };
   set(pile_up_, size(o.pile_up_length / inputs::kFoot, o.pile_up_width / inputs::kFoot) + "ft",
       size(o.pile_up_length, o.pile_up_width) + "m");
   set(residual_, o.energy_residual == 0.0 ? QString("0") : QString::number(o.energy_residual, 'e', 1), {});

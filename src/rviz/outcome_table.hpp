@@ -28,8 +28,8 @@ class OutcomeTable : public QWidget {
   void show_accident(const Outcome* outcome);
 
   QGridLayout* grid_;
-  Row warnings_, derailed_, causes_, speed_, buff_, draft_, broken_, blockage_, closing_, impacts_, impact_force_, pile_up_, site_,
-      spent_, residual_;
+  Row warnings_, derailed_, causes_, speed_, buff_, draft_, broken_, blockage_, closing_, impacts_, impact_force_,
+      pile_up_, site_, spent_, residual_;
 };
 
 }  // namespace train_derail::rviz_panel

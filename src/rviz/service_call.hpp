@@ -22,8 +22,8 @@ class BreakableCalls {
   template <class Service>
   bool call(const std::string& name, const typename Service::Request& request, typename Service::Response& response) {
     namespace traits = ::ros::service_traits;
-    const auto link = ::ros::ServiceManager::instance()->createServiceServerLink(
-        name, false, traits::md5sum<Service>(), traits::md5sum<Service>(), {});
+    const auto link = ::ros::ServiceManager::instance()->createServiceServerLink(name, false, traits::md5sum<Service>(),
+                                                                                 traits::md5sum<Service>(), {});
     if (!link || !link->isValid()) return false;
     const Entry entry(*this, link);
     ::ros::SerializedMessage answer;

@@ -25,9 +25,10 @@ QString capitalized(const std::string& text) {
 }
 
 QString replay_reason(const NodeView& view) {
-  return QObject::tr("A replay: %1 plays the topics of %2. It shows what was recorded and cannot be driven from here; the player's "
-                     "own keys are in its terminal: space to pause and go on, s to step.")
-      .arg(QString::fromStdString(view.player), QString::fromStdString(view.node));
+  return QObject::
+      tr("A replay: %1 plays the topics of %2. It shows what was recorded and cannot be driven from here; the player's "
+         "own keys are in its terminal: space to pause and go on, s to step.")
+          .arg(QString::fromStdString(view.player), QString::fromStdString(view.node));
 }
 
 QVBoxLayout* make_column(QWidget* box) {
@@ -147,7 +148,8 @@ QWidget* SimulationPanel::make_run_box() {
   rate_->setMinimumContentsLength(6);
   rate_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   rate_->setFocusPolicy(Qt::StrongFocus);
-  rate_->setToolTip(tr("Simulated seconds per wall second: 0.001 to 1000; 0 or \"%1\": as fast as the integrator goes.").arg(kFastest));
+  rate_->setToolTip(tr("Simulated seconds per wall second: 0.001 to 1000; 0 or \"%1\": as fast as the integrator goes.")
+                        .arg(kFastest));
   auto* rate_label = new QLabel(tr("R&ate"), box);
   rate_label->setBuddy(rate_);
   for (QWidget* w : {static_cast<QWidget*>(run_), static_cast<QWidget*>(pause_), static_cast<QWidget*>(step_),
@@ -159,9 +161,18 @@ QWidget* SimulationPanel::make_run_box() {
   second->addWidget(rate_);
   column->addLayout(second);
 
-  connect(run_, &QPushButton::clicked, this, [this] { link_.resume(); refresh(); });
-  connect(pause_, &QPushButton::clicked, this, [this] { link_.pause(); refresh(); });
-  connect(step_, &QPushButton::clicked, this, [this] { link_.step(static_cast<std::uint32_t>(ticks_->value())); refresh(); });
+  connect(run_, &QPushButton::clicked, this, [this] {
+    link_.resume();
+    refresh();
+  });
+  connect(pause_, &QPushButton::clicked, this, [this] {
+    link_.pause();
+    refresh();
+  });
+  connect(step_, &QPushButton::clicked, this, [this] {
+    link_.step(static_cast<std::uint32_t>(ticks_->value()));
+    refresh();
+  });
   connect(ticks_, QOverload<int>::of(&QSpinBox::valueChanged), this, &SimulationPanel::configChanged);
   connect(rate_, QOverload<int>::of(&QComboBox::activated), this, [this](int) { set_rate(rate_->currentText()); });
   connect(rate_->lineEdit(), &QLineEdit::returnPressed, this, [this] { set_rate(rate_->currentText()); });
@@ -258,10 +269,19 @@ void SimulationPanel::show_run(const NodeView& view) {
   QString state;
   QColor color = quiet_color();
   switch (info.state) {
-    case RunInfo::PAUSED: state = view.pending.count("step") > 0 ? tr("stepping") : tr("paused"); color = waiting_color(); break;
-    case RunInfo::RUNNING: state = tr("running"); color = good_color(); break;
+    case RunInfo::PAUSED:
+      state = view.pending.count("step") > 0 ? tr("stepping") : tr("paused");
+      color = waiting_color();
+      break;
+    case RunInfo::RUNNING:
+      state = tr("running");
+      color = good_color();
+      break;
     case RunInfo::ENDED: state = tr("ended"); break;
-    case RunInfo::FAILED: state = tr("failed"); color = error_color(); break;
+    case RunInfo::FAILED:
+      state = tr("failed");
+      color = error_color();
+      break;
     default: state = tr("state %1").arg(info.state);
   }
   if (!info.message.empty()) state += ": " + QString::fromStdString(info.message);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include <rviz/panel.h>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QLabel>
@@ -10,7 +11,6 @@
 #include <QScrollArea>
 #include <QSpinBox>
 #include <QTimer>
-#include <rviz/panel.h>
 
 #include "rviz/force_charts.hpp"
 #include "rviz/inputs_form.hpp"

@@ -19,8 +19,8 @@ namespace train_derail::simulation {
 
 namespace {
 
-constexpr double kEnergyInterval = 1.0;           // simulated [s], between two looks at the energy ledger
-constexpr double kResidualBlownUp = 0.1;          // no use in going on
+constexpr double kEnergyInterval = 1.0;   // simulated [s], between two looks at the energy ledger
+constexpr double kResidualBlownUp = 0.1;  // no use in going on
 constexpr std::int64_t kStepsUnwatched = 64;
 
 /// The model as the solver sees it.
@@ -54,9 +54,8 @@ class TrainSystem final : public solver::OdeSystem {
     std::vector<Eigen::Index> positions(static_cast<std::size_t>(size()));
     for (Eigen::Index i = 0; i < size(); ++i) {
       positions[static_cast<std::size_t>(i)] =
-          i < model::kCoordinates * n
-              ? model::DerailmentModel::band_index(i % n, static_cast<model::Coordinate>(i / n))
-              : i;
+          i < model::kCoordinates * n ? model::DerailmentModel::band_index(i % n, static_cast<model::Coordinate>(i / n))
+                                      : i;
     }
     return positions;
   }
@@ -75,7 +74,9 @@ class SteppedTrain final : public solver::SteppedSystem {
 
   Eigen::Index size() const override { return model_.size(); }
   Eigen::Index position_count() const override { return model::kCoordinates / 2 * model_.car_count(); }
-  void accelerations(double t, double h, const double* y, double* result) override { model_.accelerations(t, h, y, result); }
+  void accelerations(double t, double h, const double* y, double* result) override {
+    model_.accelerations(t, h, y, result);
+  }
   void settle(double t, double h, const double* before, double* y) override { model_.settle(t, h, before, y); }
 
  private:
@@ -112,8 +113,10 @@ class SmoothMotion final : public Motion {
         model_.derail(k);
       } else if (guided_ && (q(k, model::Y) != 0.0 || q(k, model::THETA) != 0.0 || q(k, model::VY) != 0.0 ||
                              q(k, model::OMEGA) != 0.0)) {
-        throw std::invalid_argument(fmt::format("initial state: car {} is on the track, where the reading 'guided' wants "
-                                                "y, theta and their rates to be 0", k + 1));
+        throw std::invalid_argument(
+            fmt::format("initial state: car {} is on the track, where the reading 'guided' wants "
+                        "y, theta and their rates to be 0",
+                        k + 1));
       }
     }
     integrator_ = solver::make_integrator(options, system_, 0.0, state);
@@ -190,7 +193,7 @@ struct Simulation::Impl {
   outcome::Ended ended = outcome::Ended::running;
   std::string message;
   std::vector<std::string> warnings;
-  double wall_time = 0.0;  // of the calls of advance() before this one
+  double wall_time = 0.0;                         // of the calls of advance() before this one
   std::chrono::steady_clock::time_point started;  // this one
   std::int64_t steps_unwatched = 0;
   double energy_due = kEnergyInterval;
@@ -244,7 +247,8 @@ struct Simulation::Impl {
     if (t < energy_due) return;
     energy_due = t + kEnergyInterval;
     const double residual = monitor.energy_residual(model.energy(state.data()));
-    if (!(residual <= kResidualBlownUp)) fail(fmt::format("the motion has blown up by t = {:.3g} s: {}", t, outcome::residual_text(residual)));
+    if (!(residual <= kResidualBlownUp))
+      fail(fmt::format("the motion has blown up by t = {:.3g} s: {}", t, outcome::residual_text(residual)));
   }
 
   /// The clock is looked at now and then: it costs a hundredth of a step of a short train.
@@ -253,10 +257,13 @@ struct Simulation::Impl {
     steps_unwatched = 0;
     if (const double spent = wall_time + elapsed(); spent > scenario.solver.wall_time_max) {
       const double t = integrator->time();
-      fail(fmt::format("solver.wall_time_max = {} s of computing are used up at t = {:.4g} s of at most {} s, after {} steps of {:.2g} s on "
-                       "average; the stiffest part is {}", scenario.solver.wall_time_max, t, scenario.stop.time_max,
-                       integrator->statistics().steps, t / static_cast<double>(std::max<std::int64_t>(integrator->statistics().steps, 1)),
-                       model::step_limits(scenario).front().key));
+      fail(
+          fmt::format("solver.wall_time_max = {} s of computing are used up at t = {:.4g} s of at most {} s, after {} "
+                      "steps of {:.2g} s on "
+                      "average; the stiffest part is {}",
+                      scenario.solver.wall_time_max, t, scenario.stop.time_max, integrator->statistics().steps,
+                      t / static_cast<double>(std::max<std::int64_t>(integrator->statistics().steps, 1)),
+                      model::step_limits(scenario).front().key));
     }
   }
 
@@ -308,8 +315,8 @@ Snapshot Simulation::snapshot() const {
   for (Eigen::Index k = 0; k < m.car_count(); ++k) {
     const double truck = 0.5 * m.cars()[static_cast<std::size_t>(k)].truck_spacing * sine[k];
     s.cars.push_back({q(k, model::X), q(k, model::Y), q(k, model::THETA), q(k, model::VX), q(k, model::VY),
-                      q(k, model::OMEGA), m.past_pod(k), impl_->monitor.off_track(k),
-                      q(k, model::Y) + truck, q(k, model::Y) - truck, m.derailed(k)});
+                      q(k, model::OMEGA), m.past_pod(k), impl_->monitor.off_track(k), q(k, model::Y) + truck,
+                      q(k, model::Y) - truck, m.derailed(k)});
   }
   for (const model::Derailment& d : incidents().derailments) {
     model::Cause& cause = s.cars[static_cast<std::size_t>(d.car)].cause;

@@ -18,12 +18,13 @@ void write_csv_rows(std::ostream& out, const Snapshot& s) {
   std::string text;
   for (std::size_t k = 0; k < s.cars.size(); ++k) {
     const CarSnapshot& c = s.cars[k];
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{:d},{:d},{},{},", s.time, k + 1, c.x, c.y, c.theta,
-                   c.vx, c.vy, c.omega, c.past_pod, c.off_track, c.front_truck_offset, c.rear_truck_offset);
+    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{:d},{:d},{},{},", s.time, k + 1, c.x, c.y,
+                   c.theta, c.vx, c.vy, c.omega, c.past_pod, c.off_track, c.front_truck_offset, c.rear_truck_offset);
     if (k < s.couplers.size()) {
       const CouplerSnapshot& b = s.couplers[k];
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{:d}", b.gap, b.angle, b.axial_force, b.lateral_force,
-                     b.swing_lead, b.swing_trail, b.moment_lead, b.moment_trail, b.buff_peak, b.draft_peak, b.broken);
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{:d}", b.gap, b.angle, b.axial_force,
+                     b.lateral_force, b.swing_lead, b.swing_trail, b.moment_lead, b.moment_trail, b.buff_peak,
+                     b.draft_peak, b.broken);
     } else {
       text += ",,,,,,,,,,";
     }

@@ -107,7 +107,8 @@ class Bdf final : public Stepper {
     }
     return flag;
   }
-  static int on_jacobian(realtype t, N_Vector y, N_Vector, SUNMatrix jacobian, void* user, N_Vector, N_Vector, N_Vector) {
+  static int on_jacobian(realtype t, N_Vector y, N_Vector, SUNMatrix jacobian, void* user, N_Vector, N_Vector,
+                         N_Vector) {
     Bdf& s = self(user);
     s.from_band(NV_DATA_S(y), s.natural_);
     s.system_.jacobian(t, s.natural_.data(), [jacobian](Eigen::Index row, Eigen::Index column, double value) {
@@ -141,8 +142,7 @@ class Bdf final : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_bdf(const inputs::Solver& options, OdeSystem& system, double t0,
-                                     const VectorX& y0) {
+std::unique_ptr<Integrator> make_bdf(const inputs::Solver& options, OdeSystem& system, double t0, const VectorX& y0) {
   return std::make_unique<Bdf>(options, system, t0, y0);
 }
 

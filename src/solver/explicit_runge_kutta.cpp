@@ -19,9 +19,11 @@ class ExplicitRungeKutta final : public Stepper {
     check(ERKStepSetUserData(m, this), "ERKStepSetUserData");
     check(ERKStepSetErrHandlerFn(m, on_error, this), "ERKStepSetErrHandlerFn");
     const bool cash_karp = options.method == inputs::Method::cash_karp;
-    check(ERKStepSetTableNum(m, cash_karp ? ARKODE_CASH_KARP_6_4_5 : ARKODE_DORMAND_PRINCE_7_4_5), "ERKStepSetTableNum");
+    check(ERKStepSetTableNum(m, cash_karp ? ARKODE_CASH_KARP_6_4_5 : ARKODE_DORMAND_PRINCE_7_4_5),
+          "ERKStepSetTableNum");
     check(ERKStepWFtolerances(m, on_error_weights), "ERKStepWFtolerances");
-    // Cubic Hermite needs no further evaluations; its error is far below the tolerance at the steps that couplers enforce.
+    // Cubic Hermite needs no further evaluations; its error is far below the tolerance at the steps that couplers
+    // enforce.
     check(ERKStepSetInterpolantDegree(m, 3), "ERKStepSetInterpolantDegree");
     if (options.fixed_step) check(ERKStepSetFixedStep(m, *options.fixed_step), "ERKStepSetFixedStep");
     if (system.event_count() > 0) {
@@ -65,7 +67,9 @@ class ExplicitRungeKutta final : public Stepper {
     return flag == ARK_ROOT_RETURN ? Flag::root : Flag::stepped;
   }
 
-  void root_info(int* directions) override { check(ERKStepGetRootInfo(memory_.get(), directions), "ERKStepGetRootInfo"); }
+  void root_info(int* directions) override {
+    check(ERKStepGetRootInfo(memory_.get(), directions), "ERKStepGetRootInfo");
+  }
 
   std::int64_t step_count() const override {
     long count = 0;

@@ -49,9 +49,7 @@ void Stepper::error_weights(const double* y, double* weights, Eigen::Index size)
   Eigen::Map<ArrayX>(weights + controlled, size - controlled).setConstant(1e-100);
 }
 
-int Stepper::derivative(double t, const double* y, double* dydt) {
-  return system_.derivative(t, y, dydt) ? 0 : 1;
-}
+int Stepper::derivative(double t, const double* y, double* dydt) { return system_.derivative(t, y, dydt) ? 0 : 1; }
 
 std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0,
                                             const VectorX& y0) {

@@ -22,7 +22,12 @@ TRAIN_DERAIL_WIDE void move(std::ptrdiff_t n, double h, const double* a, double*
 class SemiImplicit final : public Integrator {
  public:
   SemiImplicit(const inputs::Solver& options, SteppedSystem& system, double t0, const VectorX& y0)
-      : steps_max_(options.steps_max), h_(options.fixed_step.value()), t0_(t0), system_(system), before_(y0), state_(y0),
+      : steps_max_(options.steps_max),
+        h_(options.fixed_step.value()),
+        t0_(t0),
+        system_(system),
+        before_(y0),
+        state_(y0),
         acceleration_(system.position_count()) {}
 
   StepResult step() override {

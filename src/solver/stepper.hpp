@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "wide_vector.hpp"
 #include "train_derail/solver/integrator.hpp"
+#include "wide_vector.hpp"
 
 namespace train_derail::solver {
 

@@ -118,7 +118,9 @@ Vector wrap(double* data, sunindextype size, const Context& context) {
   return v;
 }
 
-void error_weights(double rtol, double atol, const double* y, double* w, std::ptrdiff_t n) { weights(rtol, atol, y, w, n); }
+void error_weights(double rtol, double atol, const double* y, double* w, std::ptrdiff_t n) {
+  weights(rtol, atol, y, w, n);
+}
 
 bool all_finite(const double* x, std::ptrdiff_t n) { return std::isfinite(sum_of(x, n)); }
 

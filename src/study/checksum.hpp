@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include <boost/crc.hpp>
 #include <fmt/format.h>
+#include <boost/crc.hpp>
 
 namespace train_derail::study {
 
@@ -20,7 +20,9 @@ inline std::uint64_t crc64(std::string_view a, std::string_view b = {}) {
 }
 
 /// As 16 hexadecimal digits.
-inline std::string crc64_text(std::string_view a, std::string_view b = {}) { return fmt::format("{:016x}", crc64(a, b)); }
+inline std::string crc64_text(std::string_view a, std::string_view b = {}) {
+  return fmt::format("{:016x}", crc64(a, b));
+}
 
 /// CRC-32 of a file, as of zlib (scripts check it too), as 8 hexadecimal digits; "" if it cannot be read.
 inline std::string crc32_of_file(const std::string& path) {

@@ -42,8 +42,11 @@ tr { break-inside: avoid; } thead { display: table-header-group; } @page { margi
 std::size_t character(const std::string& text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return k < text.size() ? static_cast<unsigned char>(text[k]) : 0u; };
   const unsigned lead = byte(i);
-  const std::size_t length = lead < 0x80 ? 1 : lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3
-                           : lead >= 0xf0 && lead < 0xf5                  ? 4 : 0;
+  const std::size_t length = lead < 0x80                   ? 1
+                             : lead >= 0xc2 && lead < 0xe0 ? 2
+                             : lead >= 0xe0 && lead < 0xf0 ? 3
+                             : lead >= 0xf0 && lead < 0xf5 ? 4
+                                                           : 0;
   for (std::size_t k = 1; k < length; ++k) {
     if ((byte(i + k) & 0xc0) != 0x80) return 0;
   }
@@ -158,15 +161,17 @@ std::string figure(const std::string& path) {
   const std::string bytes = read(path), stem = fs::path(path).stem().string();
   const bool svg = fs::path(path).extension() == ".svg";
   const std::string caption = escape(svg ? title_of(bytes, stem) : stem);
-  return fmt::format("<figure><img alt=\"{}\" src=\"data:image/{};base64,{}\" />\n"
-                     "<figcaption>{}</figcaption></figure>\n",
-                     caption, svg ? "svg+xml" : "png", base64(bytes), caption);
+  return fmt::format(
+      "<figure><img alt=\"{}\" src=\"data:image/{};base64,{}\" />\n"
+      "<figcaption>{}</figcaption></figure>\n",
+      caption, svg ? "svg+xml" : "png", base64(bytes), caption);
 }
 
 std::string page(const std::string& title, const std::string& body) {
-  return fmt::format("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\" />\n<title>{}</title>\n"
-                     "{}\n<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
-                     escape(title), files::kReportMark, kStyle, body);
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\" />\n<title>{}</title>\n"
+      "{}\n<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+      escape(title), files::kReportMark, kStyle, body);
 }
 
 }  // namespace train_derail::study::html

@@ -32,7 +32,8 @@ void write_all(int file, const std::string& path, const std::string& text) {
 
 /// One line, whatever stands in it.
 std::string on_one_line(std::string text) {
-  std::replace_if(text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   return text;
 }
 
@@ -41,22 +42,26 @@ std::string on_one_line(std::string text) {
 JournalFormat journal_format(const Study& study) {
   JournalFormat format{"study", to_json(study), {"run", "point", "replicate", "seed"}, {}};
   for (const auto& q : outcome::kQuantities) format.columns.emplace_back(q.name);
-  for (const char* name : {"ended", "steps", "rhs_evaluations", "warnings", "message"}) format.columns.emplace_back(name);
+  for (const char* name : {"ended", "steps", "rhs_evaluations", "warnings", "message"})
+    format.columns.emplace_back(name);
   Study plan;  // what run_of() needs
   plan.seed = study.seed;
   plan.replicates = study.replicates;
-  format.flaw = [plan, runs = run_count(study), columns = format.columns](const std::vector<std::string>& fields) -> std::string {
+  format.flaw = [plan, runs = run_count(study),
+                 columns = format.columns](const std::vector<std::string>& fields) -> std::string {
     const std::int64_t index = std::stoll(fields[0]);
     if (index >= runs) return fmt::format("run {}: the study has {} runs", index, runs);
     const Run run = run_of(plan, index);
-    if (fields[1] != fmt::format("{}", run.point) || fields[2] != fmt::format("{}", run.replicate) || fields[3] != fmt::format("{}", run.seed)) {
+    if (fields[1] != fmt::format("{}", run.point) || fields[2] != fmt::format("{}", run.replicate) ||
+        fields[3] != fmt::format("{}", run.seed)) {
       return fmt::format("run {}: point, replicate or seed are not those of the plan", index);
     }
     std::string problem;
     constexpr std::size_t kFirst = 4, kEnded = kFirst + outcome::kQuantities.size();
     for (std::size_t i = kFirst; i < kEnded && problem.empty(); ++i) problem = flaw_of_number(columns[i], fields[i]);
     if (problem.empty()) problem = flaw_of_ended(fields[kEnded]);
-    for (std::size_t i = kEnded + 1; i < kEnded + 3 && problem.empty(); ++i) problem = flaw_of_count(columns[i], fields[i]);
+    for (std::size_t i = kEnded + 1; i < kEnded + 3 && problem.empty(); ++i)
+      problem = flaw_of_count(columns[i], fields[i]);
     return problem;
   };
   return format;
@@ -64,7 +69,8 @@ JournalFormat journal_format(const Study& study) {
 
 std::vector<std::string> journal_fields(const Run& run, const outcome::Outcome& o) {
   std::vector<std::string> fields;
-  for (const std::int64_t n : {run.index, run.point, static_cast<std::int64_t>(run.replicate), run.seed}) fields.push_back(fmt::format("{}", n));
+  for (const std::int64_t n : {run.index, run.point, static_cast<std::int64_t>(run.replicate), run.seed})
+    fields.push_back(fmt::format("{}", n));
   for (const auto& q : outcome::kQuantities) fields.push_back(fmt::format("{}", q.value(o)));
   fields.emplace_back(outcome::to_string(o.ended));
   fields.push_back(fmt::format("{}", o.solver.steps));
@@ -99,7 +105,8 @@ Journal::Journal(const std::string& folder, const JournalFormat& format, const S
       problems_.insert(problems_.end(), s.problems.begin(), s.problems.end());
     }
     if (lines && !resume) {
-      fail(folder, fmt::format("holds {} finished runs of this {}; --resume computes what is missing", rows.size(), format.what));
+      fail(folder, fmt::format("holds {} finished runs of this {}; --resume computes what is missing", rows.size(),
+                               format.what));
     }
     for (std::size_t j = 0; j < journals.size(); ++j) {
       const Shard owner = shard_of(journals[j]);

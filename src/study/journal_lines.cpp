@@ -26,10 +26,12 @@ constexpr int kFormat = 2;
 }
 
 /// What is wrong with a line of a journal; "" if nothing, `row` is then what it says.
-std::string flaw_of(std::string_view line, const JournalFormat& format, const std::string& fingerprint, JournalRow& row) {
+std::string flaw_of(std::string_view line, const JournalFormat& format, const std::string& fingerprint,
+                    JournalRow& row) {
   const std::size_t comma = line.rfind(',');
   if (comma == std::string_view::npos) return "no checksum";
-  if (crc64_text(fingerprint, line.substr(0, comma)) != line.substr(comma + 1)) return "the checksum does not fit the line";
+  if (crc64_text(fingerprint, line.substr(0, comma)) != line.substr(comma + 1))
+    return "the checksum does not fit the line";
   std::string problem;
   if (!files::csv_fields(line.substr(0, comma), row.fields, problem)) return problem;
   if (row.fields.size() != format.columns.size() + 1) {
@@ -57,12 +59,14 @@ bool next_line(std::filebuf& file, std::string& line, std::uintmax_t& offset, bo
 
 void require_this_journal(const std::string& path, const std::string& head, const JournalFormat& format) {
   if (head.compare(0, 4, "run,") == 0 && head.find("crc64 (journal ") == std::string::npos) {
-    refuse(path + ":1", "a journal of version 0.1, whose lines have no checksum: nothing shows that they are what was computed",
+    refuse(path + ":1",
+           "a journal of version 0.1, whose lines have no checksum: nothing shows that they are what was computed",
            "another folder; or remove this file and compute anew");
   }
   const std::string mark = "crc64 (journal ";
   const std::size_t place = head.find(mark);
-  if (place == std::string::npos) refuse(path + ":1", "not a journal of this program", "another folder, or remove this file");
+  if (place == std::string::npos)
+    refuse(path + ":1", "not a journal of this program", "another folder, or remove this file");
   if (head.compare(place + mark.size(), 2, fmt::format("{};", kFormat)) != 0) {
     refuse(path + ":1", "a journal of another format", fmt::format("format {}", kFormat));
   }
@@ -92,11 +96,15 @@ std::string_view outcome_part(std::string_view line) {
 }
 
 std::string flaw_of_count(const std::string& column, const std::string& text) {
-  return files::number<std::int64_t>(text).value_or(-1) >= 0 ? "" : fmt::format("{} = '{}': not a whole number from 0 on", column, files::printable(text, files::kShownMax));
+  return files::number<std::int64_t>(text).value_or(-1) >= 0
+             ? ""
+             : fmt::format("{} = '{}': not a whole number from 0 on", column, files::printable(text, files::kShownMax));
 }
 
 std::string flaw_of_number(const std::string& column, const std::string& text) {
-  return files::number<double>(text) ? "" : fmt::format("{} = '{}': not a number", column, files::printable(text, files::kShownMax));
+  return files::number<double>(text)
+             ? ""
+             : fmt::format("{} = '{}': not a number", column, files::printable(text, files::kShownMax));
 }
 
 std::string flaw_of_ended(const std::string& text) {
@@ -106,7 +114,8 @@ std::string flaw_of_ended(const std::string& text) {
   return fmt::format("ended = '{}': unknown", files::printable(text, files::kShownMax));
 }
 
-Scan scan(const fs::path& path, std::size_t number, const JournalFormat& format, const std::function<void(const JournalRow&)>& use) {
+Scan scan(const fs::path& path, std::size_t number, const JournalFormat& format,
+          const std::function<void(const JournalRow&)>& use) {
   Scan s;
   std::error_code error;
   if (!fs::is_regular_file(path, error)) refuse(path.string(), "not a plain file");
@@ -145,10 +154,12 @@ void sort_out(std::vector<Place>& rows, const std::vector<fs::path>& journals) {
     const Place &a = rows[i - 1], &b = rows[i];
     if (a.run != b.run || a.crc == b.crc) continue;
     refuse(fmt::format("{}:{}", journals[a.journal].string(), a.line),
-           fmt::format("run {} differs from that in {}:{}; which of them is right cannot be told", a.run, journals[b.journal].string(), b.line),
+           fmt::format("run {} differs from that in {}:{}; which of them is right cannot be told", a.run,
+                       journals[b.journal].string(), b.line),
            "one of the two, or equal ones");
   }
-  rows.erase(std::unique(rows.begin(), rows.end(), [](const Place& a, const Place& b) { return a.run == b.run; }), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end(), [](const Place& a, const Place& b) { return a.run == b.run; }),
+             rows.end());
 }
 
 const std::string& Lines::at(const Place& place) {

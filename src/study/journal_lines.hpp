@@ -25,10 +25,10 @@ std::string_view outcome_part(std::string_view line);
 /// Where a good row lies.
 struct Place {
   std::int64_t run;
-  std::size_t journal;   // in a list of paths
+  std::size_t journal;  // in a list of paths
   std::uintmax_t offset;
   std::size_t line;
-  std::uint64_t crc;     // of what came out
+  std::uint64_t crc;  // of what came out
 };
 
 struct Scan {
@@ -39,7 +39,8 @@ struct Scan {
   bool head = false;                  // there is a first line
 };
 
-/// Reads a journal, the `number`-th of a list. A torn last line is passed over. Throws InputError if it is no journal of this study.
+/// Reads a journal, the `number`-th of a list. A torn last line is passed over. Throws InputError if it is no journal
+/// of this study.
 Scan scan(const std::filesystem::path& path, std::size_t number, const JournalFormat& format,
           const std::function<void(const JournalRow&)>& use);
 
@@ -60,6 +61,7 @@ class Lines {
 };
 
 /// A journal of the head and these lines, whole.
-void write_journal(const std::filesystem::path& path, const JournalFormat& format, const std::vector<Place>& rows, Lines& lines);
+void write_journal(const std::filesystem::path& path, const JournalFormat& format, const std::vector<Place>& rows,
+                   Lines& lines);
 
 }  // namespace train_derail::study

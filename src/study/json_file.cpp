@@ -31,10 +31,11 @@ nlohmann::ordered_json read_json(const std::string& path, const std::string& mad
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   struct TooDeep {};
   try {
-    return nlohmann::ordered_json::parse(text, [](int depth, nlohmann::ordered_json::parse_event_t, nlohmann::ordered_json&) {
-      if (depth > kDepthMax) throw TooDeep{};
-      return true;
-    });
+    return nlohmann::ordered_json::parse(text,
+                                         [](int depth, nlohmann::ordered_json::parse_event_t, nlohmann::ordered_json&) {
+                                           if (depth > kDepthMax) throw TooDeep{};
+                                           return true;
+                                         });
   } catch (const TooDeep&) {
     wrong_json(path, made_by, fmt::format("nested more than {} deep", kDepthMax));
   } catch (const nlohmann::json::parse_error& e) {

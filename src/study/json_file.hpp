@@ -7,8 +7,8 @@
 
 namespace train_derail::study {
 
-/// Throws inputs::InputError: cannot be read, no plain file, too large, nested too deeply, not JSON (with the line). `made_by` says
-/// how to get it anew.
+/// Throws inputs::InputError: cannot be read, no plain file, too large, nested too deeply, not JSON (with the line).
+/// `made_by` says how to get it anew.
 nlohmann::ordered_json read_json(const std::string& path, const std::string& made_by);
 
 /// Runs use(); what is missing or of a wrong kind in JSON that `path` holds becomes an inputs::InputError.

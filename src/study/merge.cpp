@@ -57,7 +57,8 @@ std::string missing_text(const std::vector<bool>& have, const std::vector<fs::pa
         list += ", ...";
         break;
       }
-      list += fmt::format("{}{}/{} {} ({} runs)", list.empty() ? "" : ", ", index, count, there.count(index) > 0 ? "is not complete" : "is not there", n);
+      list += fmt::format("{}{}/{} {} ({} runs)", list.empty() ? "" : ", ", index, count,
+                          there.count(index) > 0 ? "is not complete" : "is not there", n);
     }
     text += "; shard " + list;
   }
@@ -93,7 +94,8 @@ std::int64_t write_runs(const std::string& folder, const Study& study, const std
   for (const Place& place : rows) {
     if (stop != nullptr && *stop) throw Stopped();
     std::string problem;
-    if (!files::csv_fields(outcome_part(lines.at(place)), fields, problem)) fail(journals[place.journal].string(), problem);
+    if (!files::csv_fields(outcome_part(lines.at(place)), fields, problem))
+      fail(journals[place.journal].string(), problem);
     out.stream() << with_inputs(points[place.run / study.replicates].values) << "\n";
   }
   out.commit();
@@ -106,7 +108,8 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
   std::vector<std::string> folders;
   for (const std::string& other : others) {
     check_folder(other, format.identity);
-    const bool again = std::any_of(folders.begin(), folders.end(), [&](const std::string& f) { return files::same_file(f, other); });
+    const bool again =
+        std::any_of(folders.begin(), folders.end(), [&](const std::string& f) { return files::same_file(f, other); });
     if (!again && !files::same_file(other, folder)) folders.push_back(other);
   }
   if (folders.empty()) check_folder(folder, format.identity);

@@ -3,15 +3,15 @@
 #include <numeric>
 #include <string>
 
+#include <fmt/format.h>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/sobol.hpp>
 #include <boost/random/uniform_01.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
-#include <fmt/format.h>
 
-#include "train_derail/inputs/error.hpp"
 #include "train_derail/files/number.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/study/study.hpp"
 
@@ -82,7 +82,8 @@ std::vector<double> sobol_places(std::size_t count, std::size_t dimension, const
 
 /// A count that may be beyond all integers.
 std::string count_text(long double count) {
-  return count < 1e18L ? fmt::format("{}", static_cast<std::int64_t>(count)) : fmt::format("{:.3g}", static_cast<double>(count));
+  return count < 1e18L ? fmt::format("{}", static_cast<std::int64_t>(count))
+                       : fmt::format("{:.3g}", static_cast<double>(count));
 }
 
 long double point_count(const Study& s) {
@@ -108,16 +109,18 @@ long double point_count(const Study& s) {
 void require_countable(const Study& s) {
   const long double points = point_count(s), runs = points * static_cast<long double>(s.replicates);
   if (runs > static_cast<long double>(kRunsMax)) {
-    throw inputs::InputError(s.source, s.replicates > 1 && points <= static_cast<long double>(kRunsMax) ? "replicates" : "plan", "",
-                             fmt::format("{} points with {} runs each are {} runs", count_text(points), s.replicates, count_text(runs)),
-                             fmt::format("at most {} runs", kRunsMax));
+    throw inputs::InputError(
+        s.source, s.replicates > 1 && points <= static_cast<long double>(kRunsMax) ? "replicates" : "plan", "",
+        fmt::format("{} points with {} runs each are {} runs", count_text(points), s.replicates, count_text(runs)),
+        fmt::format("at most {} runs", kRunsMax));
   }
   if (by_value(s.plan)) return;
   const long double numbers = static_cast<long double>(s.samples) * static_cast<long double>(s.factors.size());
   if (numbers > static_cast<long double>(kSampledMax)) {
-    throw inputs::InputError(s.source, "samples", fmt::format("{}", s.samples),
-                             fmt::format("{} samples of {} inputs are {} numbers", s.samples, s.factors.size(), count_text(numbers)),
-                             fmt::format("at most {} numbers", kSampledMax));
+    throw inputs::InputError(
+        s.source, "samples", fmt::format("{}", s.samples),
+        fmt::format("{} samples of {} inputs are {} numbers", s.samples, s.factors.size(), count_text(numbers)),
+        fmt::format("at most {} numbers", kSampledMax));
   }
 }
 
@@ -150,7 +153,9 @@ Points::Points(const Study& s, const std::atomic<bool>* stop) : plan_(s.plan), f
 std::vector<int> Points::choice(std::int64_t i) const {
   std::vector<int> values(factors_.size(), -1);
   if (plan_ == Plan::one_at_a_time) {
-    if (i > 0) values[static_cast<std::size_t>(alone_[static_cast<std::size_t>(i - 1)].first)] = alone_[static_cast<std::size_t>(i - 1)].second;
+    if (i > 0)
+      values[static_cast<std::size_t>(alone_[static_cast<std::size_t>(i - 1)].first)] =
+          alone_[static_cast<std::size_t>(i - 1)].second;
     return values;
   }
   for (std::size_t f = factors_.size(); f-- > 0;) {  // the last one changes fastest
@@ -166,7 +171,8 @@ Point Points::operator[](std::int64_t i) const {
   const std::size_t d = factors_.size();
   if (by_value(plan_)) {
     const std::vector<int> values = choice(i);
-    for (std::size_t f = 0; f < d; ++f) p.values.push_back(values[f] < 0 ? base_[f] : factors_[f].values[static_cast<std::size_t>(values[f])]);
+    for (std::size_t f = 0; f < d; ++f)
+      p.values.push_back(values[f] < 0 ? base_[f] : factors_[f].values[static_cast<std::size_t>(values[f])]);
     if (plan_ == Plan::one_at_a_time && i > 0) p.factor = alone_[static_cast<std::size_t>(i - 1)].first;
     return p;
   }
@@ -176,7 +182,9 @@ Point Points::operator[](std::int64_t i) const {
   for (std::size_t f = 0; f < d; ++f) {
     const bool of_b = plan_ == Plan::saltelli && (kind == 1 || kind == f + 2);
     std::string value = value_at(factors_[f], places_[sample * dimension_ + f + (of_b ? d : 0)]);
-    if (whole_[f]) value = fmt::format("{}", std::llround(files::number<double>(value).value()));  // counts of cars have nothing in between
+    if (whole_[f])
+      value = fmt::format(
+          "{}", std::llround(files::number<double>(value).value()));  // counts of cars have nothing in between
     p.values.push_back(std::move(value));
   }
   return p;
@@ -211,7 +219,8 @@ std::string why_equal(const inputs::Scenario& s, Engine engine) {
   int cars = 0;
   for (const inputs::CarBlock& block : s.consist) cars += block.count;
   const bool rails = engine == Engine::purpose_built && s.ground.on_track_law == inputs::OnTrackLaw::rails;
-  if ((p.spacing > 0.0 && cars > 1) || (p.yaw_rate > 0.0 && s.initial.yaw_rate != 0.0) || (rails && (p.kick > 0.0 || p.alignment > 0.0))) {
+  if ((p.spacing > 0.0 && cars > 1) || (p.yaw_rate > 0.0 && s.initial.yaw_rate != 0.0) ||
+      (rails && (p.kick > 0.0 || p.alignment > 0.0))) {
     return "";
   }
   std::string why;
@@ -222,11 +231,13 @@ std::string why_equal(const inputs::Scenario& s, Engine engine) {
   add(p.yaw_rate > 0.0, "yaw_rate multiplies initial.yaw_rate, which is 0");
   add(p.kick > 0.0, "kick needs rails");
   add(p.alignment > 0.0, "alignment needs rails");
-  return why.empty() ? "there is no perturbation, neither of the study nor of its scenario" : "of the perturbation, " + why;
+  return why.empty() ? "there is no perturbation, neither of the study nor of its scenario"
+                     : "of the perturbation, " + why;
 }
 
 std::vector<std::string> check(const Study& s, const std::atomic<bool>* stop) {
-  if (s.replicates > 1 && std::any_of(s.factors.begin(), s.factors.end(), [](const Factor& f) { return f.key == "initial.perturbation.seed"; })) {
+  if (s.replicates > 1 && std::any_of(s.factors.begin(), s.factors.end(),
+                                      [](const Factor& f) { return f.key == "initial.perturbation.seed"; })) {
     throw inputs::InputError(s.source, "replicates", fmt::format("{}", s.replicates),
                              "the runs of a point cannot differ: initial.perturbation.seed is one of the factors", "1");
   }
@@ -257,16 +268,19 @@ std::vector<std::string> check(const Study& s, const std::atomic<bool>* stop) {
   const auto refused_count = static_cast<std::int64_t>(refused.size());
   if (refused_count == looked_at) {
     const inputs::InputError& e = refused.front();
-    throw inputs::InputError(s.source, e.key(), e.value(), "no point of the study can be run: " + e.problem(), e.allowed());
+    throw inputs::InputError(s.source, e.key(), e.value(), "no point of the study can be run: " + e.problem(),
+                             e.allowed());
   }
   if (equal > 0 && equal + refused_count == looked_at) {
-    throw inputs::InputError(s.source, "replicates", fmt::format("{}", s.replicates), "the runs of a point cannot differ: " + why,
-                             "1, or a perturbation that acts");
+    throw inputs::InputError(s.source, "replicates", fmt::format("{}", s.replicates),
+                             "the runs of a point cannot differ: " + why, "1, or a perturbation that acts");
   }
   std::vector<std::string> warnings;
   const std::string of = fmt::format("of {} points{}", looked_at, stride > 1 ? " looked at" : "");
-  if (refused_count > 0) warnings.push_back(fmt::format("{} {} will fail: {}: {}", refused_count, of, refused_name, refusal));
-  if (equal > 0) warnings.push_back(fmt::format("{} {} have runs that cannot differ: {}: {}", equal, of, equal_name, why));
+  if (refused_count > 0)
+    warnings.push_back(fmt::format("{} {} will fail: {}: {}", refused_count, of, refused_name, refusal));
+  if (equal > 0)
+    warnings.push_back(fmt::format("{} {} have runs that cannot differ: {}: {}", equal, of, equal_name, why));
   return warnings;
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -96,7 +96,8 @@ std::string checked(const Results& r, const char* name) {
   const std::string path = in(r.folder, name);
   const std::string now = crc32_of_file(path);
   if (now.empty()) wrong_json(path, kWrites, "missing or cannot be read");
-  if (r.about.at("crc32").at(name) != now) wrong_json(path, kWrites, "was changed since it was written (its checksum in about.json differs)");
+  if (r.about.at("crc32").at(name) != now)
+    wrong_json(path, kWrites, "was changed since it was written (its checksum in about.json differs)");
   return path;
 }
 
@@ -113,7 +114,8 @@ void read_runs(Results& r) {
   const std::string path = checked(r, "runs.csv");
   try {
     files::CsvTable table(path);
-    const std::size_t run = table.column("run"), point = table.column("point"), ended = table.column("ended"), message = table.column("message");
+    const std::size_t run = table.column("run"), point = table.column("point"), ended = table.column("ended"),
+                      message = table.column("message");
     std::vector<std::size_t> inputs;
     for (const Number& factor : r.factors) inputs.push_back(table.column(factor.name));
     for (Row row; table.next(row); ++r.runs) {
@@ -134,9 +136,11 @@ void read_runs(Results& r) {
 
 Results read_results(const std::string& folder) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) throw inputs::InputError(folder, "", "", "no such folder", "a folder that derail study has written");
+  if (!fs::is_directory(folder, error))
+    throw inputs::InputError(folder, "", "", "no such folder", "a folder that derail study has written");
   if (!fs::exists(in(folder, "runs.csv")) && fs::exists(in(folder, "validation.json"))) {
-    throw inputs::InputError(folder, "", "", "holds a validation, not a study", "a folder that derail study has written");
+    throw inputs::InputError(folder, "", "", "holds a validation, not a study",
+                             "a folder that derail study has written");
   }
   Results r;
   r.folder = folder;
@@ -161,16 +165,15 @@ std::string field(const ordered_json& j, const char* key) {
 
 std::string overview(const Results& r) {
   const ordered_json& perturbation = r.study.at("perturbation");
-  Facts facts{
-      {"plan", field(r.study, "plan")},
-      {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
-      {"runs a point", field(r.study, "replicates")},
-      {"perturbation of every run",
-       fmt::format("spacing {} m, initial angular velocity {} of itself, kick {} m/s, alignment {} m",
-                   digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")), digits(perturbation.at("kick")),
-                   digits(perturbation.at("alignment")))},
-      {"seed", field(r.study, "seed")},
-      {"base scenario", field(r.study.at("scenario"), "title")}};
+  Facts facts{{"plan", field(r.study, "plan")},
+              {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
+              {"runs a point", field(r.study, "replicates")},
+              {"perturbation of every run",
+               fmt::format("spacing {} m, initial angular velocity {} of itself, kick {} m/s, alignment {} m",
+                           digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")),
+                           digits(perturbation.at("kick")), digits(perturbation.at("alignment")))},
+              {"seed", field(r.study, "seed")},
+              {"base scenario", field(r.study.at("scenario"), "title")}};
   if (!r.by_point()) facts.insert(facts.begin() + 1, {"samples", field(r.study, "samples")});
   return html::facts(facts);
 }
@@ -186,7 +189,8 @@ std::string range_of(const Number& factor, const ordered_json& entry) {
 }
 
 std::string inputs_of(const Results& r) {
-  if (r.factors.empty()) return "<h2>Inputs</h2>\n<p>None varies: all runs are of the base scenario, each with a seed of its own.</p>\n";
+  if (r.factors.empty())
+    return "<h2>Inputs</h2>\n<p>None varies: all runs are of the base scenario, each with a seed of its own.</p>\n";
   std::vector<Row> rows;
   for (std::size_t i = 0; i < r.factors.size(); ++i) {
     const Number& factor = r.factors[i];
@@ -228,7 +232,8 @@ Row point_cells(const Results& r, const std::string& point, const std::string& n
 std::string table_by_point(const Results& r) {
   std::vector<html::Column> columns;
   if (r.one_at_a_time()) columns = {{"input", false}, {"value", true}, {"change", true}};
-  else for (const Number& factor : r.factors) columns.push_back({factor.title, true});
+  else
+    for (const Number& factor : r.factors) columns.push_back({factor.title, true});
   const std::size_t identity = columns.size();
   columns.insert(columns.end(), {{"runs", true}, {"failed", true}});
   for (const Number& outcome : r.outcomes) columns.push_back({outcome.label(), true});
@@ -257,8 +262,15 @@ std::string table_over_all(const Results& r) {
     rows.push_back({outcome.label()});
     for (const char* name : kNames) rows.back().push_back(outcome.number(cell[r.summary.column(name)]));
   }
-  return html::table({{"outcome", false}, {"median", true}, {"5 %", true}, {"95 %", true}, {"25 %", true},
-                      {"75 %", true}, {"mean", true}, {"standard deviation", true}}, rows);
+  return html::table({{"outcome", false},
+                      {"median", true},
+                      {"5 %", true},
+                      {"95 %", true},
+                      {"25 %", true},
+                      {"75 %", true},
+                      {"mean", true},
+                      {"standard deviation", true}},
+                     rows);
 }
 
 std::string medians(const Results& r) {
@@ -277,7 +289,9 @@ std::string sobol_table(const Results& r) {
   std::vector<Row> rows;
   for (const Row& row : t.rows) {
     const auto index = [&](const std::string& kind) {
-      const auto at = [&](const char* end) { return files::number<double>(row[t.column(kind + end)]).value_or(std::nan("")); };
+      const auto at = [&](const char* end) {
+        return files::number<double>(row[t.column(kind + end)]).value_or(std::nan(""));
+      };
       return fmt::format("{:.3f} ({:.3f}{}{:.3f})", at(""), at("_low"), kTo, at("_high"));
     };
     rows.push_back({title(r.outcomes, row[t.column("outcome")]), title(r.factors, row[t.column("factor")]),
@@ -306,7 +320,8 @@ std::string failed_table(const Results& r) {
 /// What is to be looked at before the numbers are believed.
 std::string warnings(const Results& r) {
   std::string list;
-  for (const ordered_json& warning : r.about.at("warnings")) list += "<li>" + html::escape(warning.get<std::string>()) + "</li>\n";
+  for (const ordered_json& warning : r.about.at("warnings"))
+    list += "<li>" + html::escape(warning.get<std::string>()) + "</li>\n";
   return list.empty() ? "" : "<h2>Warnings</h2>\n<ul>\n" + list + "</ul>\n";
 }
 
@@ -318,8 +333,10 @@ bool ends_with(const std::string& text, const std::string& end) {
 std::string pictures(const Results& r) {
   std::vector<std::string> paths = html::pictures_in(in(r.folder, "pictures"));
   if (paths.empty()) {
-    return fmt::format("<h2>Pictures</h2>\n<p>There are none yet: <code>rosrun train_derail plot_study.py {}</code> "
-                       "draws them; then make this page anew.</p>\n", html::escape(r.folder));
+    return fmt::format(
+        "<h2>Pictures</h2>\n<p>There are none yet: <code>rosrun train_derail plot_study.py {}</code> "
+        "draws them; then make this page anew.</p>\n",
+        html::escape(r.folder));
   }
   std::string of_outcomes;
   for (const Number& outcome : r.outcomes) {
@@ -361,8 +378,9 @@ std::string to_html(const std::string& folder) {
   try {
     return checked_json(in(folder, "about.json"), kWrites, [&] {
       const std::string given = field(r.study, "title"), title = given.empty() ? "Study" : given;
-      return html::page(title, "<h1>" + html::escape(title) + "</h1>\n" + overview(r) + warnings(r) + inputs_of(r) + medians(r) + sobol_table(r) +
-                                   failed_table(r) + pictures(r) + origin(r) + scenario(r));
+      return html::page(title, "<h1>" + html::escape(title) + "</h1>\n" + overview(r) + warnings(r) + inputs_of(r) +
+                                   medians(r) + sobol_table(r) + failed_table(r) + pictures(r) + origin(r) +
+                                   scenario(r));
     });
   } catch (const std::out_of_range&) {
     wrong_json(in(folder, "summary.csv"), kWrites, "more rows than the study has outcomes");

@@ -33,8 +33,10 @@ constexpr const char* kStudyMakesIt = "derail study";
 
 /// Names of results, of studies and validations.
 bool would_be_written(const fs::path& path) {
-  constexpr const char* kNames[] = {"runs.csv", "summary.csv", "sobol.csv", "about.json", "rows.csv", "members.csv", "validation.json"};
-  return shard_of(path).count > 0 || std::find(std::begin(kNames), std::end(kNames), path.filename()) != std::end(kNames);
+  constexpr const char* kNames[] = {"runs.csv", "summary.csv", "sobol.csv",      "about.json",
+                                    "rows.csv", "members.csv", "validation.json"};
+  return shard_of(path).count > 0 ||
+         std::find(std::begin(kNames), std::end(kNames), path.filename()) != std::end(kNames);
 }
 
 std::string first_difference(const nlohmann::json& was, const nlohmann::json& is) {
@@ -48,7 +50,9 @@ std::string first_difference(const nlohmann::json& was, const nlohmann::json& is
     const std::string text = j.at(place).dump(-1, ' ', true);  // ASCII: a cut hits no character
     return text.size() > kLong ? text.substr(0, kLong) + "..." : text;
   };
-  return fmt::format("{}: was {}, is now {}", files::printable(place.to_string().empty() ? "" : place.to_string().substr(1), files::kShownMax), at(was), at(is));
+  return fmt::format("{}: was {}, is now {}",
+                     files::printable(place.to_string().empty() ? "" : place.to_string().substr(1), files::kShownMax),
+                     at(was), at(is));
 }
 
 /// How the study in a folder differs; "" if it is this one.

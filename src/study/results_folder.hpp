@@ -22,8 +22,8 @@ std::vector<std::filesystem::path> journals_in(const std::string& folder);
 [[noreturn]] void fail(const std::string& path, const std::string& problem);
 [[noreturn]] void fail_errno(const std::string& path);
 
-/// Locks of ranges of study.json: the shards', and beyond them that of whatever is put together from the journals. They belong to
-/// an open file, end with it, and work over a network. The journals themselves can then be replaced.
+/// Locks of ranges of study.json: the shards', and beyond them that of whatever is put together from the journals. They
+/// belong to an open file, end with it, and work over a network. The journals themselves can then be replaced.
 class Lock {
  public:
   explicit Lock(int file) : file_(file) {}

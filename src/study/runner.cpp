@@ -16,7 +16,8 @@ namespace {
 /// Counts what is done and says so; calls come from all threads.
 class Teller {
  public:
-  Teller(Progress& progress, const std::function<void(const Progress&)>& on_progress) : progress_(progress), on_progress_(on_progress) {}
+  Teller(Progress& progress, const std::function<void(const Progress&)>& on_progress)
+      : progress_(progress), on_progress_(on_progress) {}
 
   double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
   std::int64_t computed() const { return computed_; }
@@ -67,8 +68,8 @@ outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& r
   }
 }
 
-RunReport run_study(const Study& study, const RunOptions& options, const std::function<void(const Progress&)>& on_progress,
-                    const std::atomic<bool>& stop) {
+RunReport run_study(const Study& study, const RunOptions& options,
+                    const std::function<void(const Progress&)>& on_progress, const std::atomic<bool>& stop) {
   if (study.engine == Engine::multibody) multibody::require();
   RunReport report;
   try {
@@ -108,7 +109,8 @@ RunReport run_study(const Study& study, const RunOptions& options, const std::fu
   return report;
 }
 
-std::vector<outcome::Outcome> run_in_memory(const Study& study, int jobs, const std::function<void(const Progress&)>& on_progress,
+std::vector<outcome::Outcome> run_in_memory(const Study& study, int jobs,
+                                            const std::function<void(const Progress&)>& on_progress,
                                             const std::atomic<bool>& stop) {
   if (study.engine == Engine::multibody) multibody::require();
   check(study, &stop);

@@ -80,7 +80,8 @@ Interval predictive_interval(std::vector<double> sample, double share) {
 }
 
 std::vector<SobolIndex> sobol_indices(const std::vector<double>& a, const std::vector<double>& b,
-                                      const std::vector<std::vector<double>>& ab, int bootstraps, const std::atomic<bool>* stop) {
+                                      const std::vector<std::vector<double>>& ab, int bootstraps,
+                                      const std::atomic<bool>* stop) {
   std::vector<std::size_t> all(a.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   std::vector<SobolIndex> indices;

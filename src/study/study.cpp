@@ -28,9 +28,8 @@ constexpr std::array<Names<Plan>, 5> kPlans{{{"one_at_a_time", Plan::one_at_a_ti
                                              {"latin_hypercube", Plan::latin_hypercube},
                                              {"sobol", Plan::sobol},
                                              {"saltelli", Plan::saltelli}}};
-constexpr std::array<Names<Distribution>, 3> kDistributions{{{"uniform", Distribution::uniform},
-                                                             {"log_uniform", Distribution::log_uniform},
-                                                             {"normal", Distribution::normal}}};
+constexpr std::array<Names<Distribution>, 3> kDistributions{
+    {{"uniform", Distribution::uniform}, {"log_uniform", Distribution::log_uniform}, {"normal", Distribution::normal}}};
 
 const inputs::Range kSpreads = inputs::between(0.01, 100.0);
 
@@ -55,21 +54,28 @@ template <class V>
 void describe_study(V& v, StudyEntry& s) {
   v.text("title", s.title, "One line for tables and pictures.");
   v.text("scenario", s.scenario, "Base scenario, a path relative to this file.");
-  v.text("fitted_on", s.fitted_on, "For derail validate: the accidents that the base was fitted on, a path relative to this file.");
-  v.list("factors", s.factors, [](auto& w, auto& f) {
-    w.value("key", f.key, "Key of the scenario.");
-    w.text("label", f.label, "For pictures.");
-    w.texts("values", f.values, "Values of the plans one_at_a_time and grid.");
-    w.texts("scale", f.scale, "The same as multiples of the base value.");
-    w.choice("distribution", f.distribution, kDistributions, "Of the random plans.");
-    w.value("low", f.low, "Lower end; of normal the 5 % point.");
-    w.value("high", f.high, "Upper end; of normal the 95 % point.");
-  }, "Inputs that vary; [] for an ensemble of the scenario itself.", false);
+  v.text("fitted_on", s.fitted_on,
+         "For derail validate: the accidents that the base was fitted on, a path relative to this file.");
+  v.list(
+      "factors", s.factors,
+      [](auto& w, auto& f) {
+        w.value("key", f.key, "Key of the scenario.");
+        w.text("label", f.label, "For pictures.");
+        w.texts("values", f.values, "Values of the plans one_at_a_time and grid.");
+        w.texts("scale", f.scale, "The same as multiples of the base value.");
+        w.choice("distribution", f.distribution, kDistributions, "Of the random plans.");
+        w.value("low", f.low, "Lower end; of normal the 5 % point.");
+        w.value("high", f.high, "Upper end; of normal the 95 % point.");
+      },
+      "Inputs that vary; [] for an ensemble of the scenario itself.", false);
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
-  v.number("spread", s.spread, {"1", "", kSpreads}, "Of a random plan: half-widths of all ranges times this, about their middles.");
+  v.number("spread", s.spread, {"1", "", kSpreads},
+           "Of a random plan: half-widths of all ranges times this, about their middles.");
   v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs a point.");
-  v.group("perturbation", s.perturbation, [](auto& w, auto& p) { inputs::describe_perturbation_sizes(w, p); }, "Sizes; every run has a seed of its own.");
+  v.group(
+      "perturbation", s.perturbation, [](auto& w, auto& p) { inputs::describe_perturbation_sizes(w, p); },
+      "Sizes; every run has a seed of its own.");
   v.texts("outcomes", s.outcomes, "What is summarised and drawn.");
   v.integer("seed", s.seed, inputs::between(0, 9007199254740992.0), false, "Of points and perturbations.");
 }
@@ -84,10 +90,13 @@ std::string yaml_text(const std::string& text) {
 }
 
 /// `text` with its unit as the key's SI value: the scenario's own reader converts and checks it.
-std::string si_text(const YAML::Node& tree, const inputs::KeyValue& now, const std::string& text, const std::string& where) {
+std::string si_text(const YAML::Node& tree, const inputs::KeyValue& now, const std::string& text,
+                    const std::string& where) {
   const std::string& key = now.key;
   try {
-    return inputs::key_value(inputs::read_scenario(tree, where, {{key, now.unit.empty() ? yaml_text(text) : text}}), key).value;
+    return inputs::key_value(inputs::read_scenario(tree, where, {{key, now.unit.empty() ? yaml_text(text) : text}}),
+                             key)
+        .value;
   } catch (const InputError& e) {
     throw InputError(where, e.key(), text, e.problem(), e.allowed());
   }
@@ -126,9 +135,11 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
     f.low = number_of(si_text(tree, now, entry.low, where));
     f.high = number_of(si_text(tree, now, entry.high, where));
     for (const auto& [end, text] : {std::pair(f.low, entry.low), std::pair(f.high, entry.high)}) {
-      if (!std::isfinite(end)) throw InputError(where, entry.key, text, "not a finite number, cannot be sampled", "a number");
+      if (!std::isfinite(end))
+        throw InputError(where, entry.key, text, "not a finite number, cannot be sampled", "a number");
     }
-    if (!(f.low < f.high)) throw InputError(where, entry.key, entry.low, "low is not below high", "low < " + entry.high);
+    if (!(f.low < f.high))
+      throw InputError(where, entry.key, entry.low, "low is not below high", "low < " + entry.high);
     if (f.distribution == Distribution::log_uniform && f.low <= 0.0) {
       throw InputError(where, entry.key, entry.low, "log_uniform needs a positive range", "low > 0");
     }
@@ -140,8 +151,10 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
   for (const std::string& text : entry.values) f.values.push_back(si_text(tree, now, text, where));
   f.shown = entry.values;
   for (const std::string& text : entry.scale) {
-    if (now.unit.empty()) throw InputError(where, entry.key, now.value, "not a number, cannot be scaled", "values: [...]");
-    if (now.value == ".inf") throw InputError(where, entry.key, now.value, "the base value is infinite, cannot be scaled", "values: [...]");
+    if (now.unit.empty())
+      throw InputError(where, entry.key, now.value, "not a number, cannot be scaled", "values: [...]");
+    if (now.value == ".inf")
+      throw InputError(where, entry.key, now.value, "the base value is infinite, cannot be scaled", "values: [...]");
     double scaled = 0.0;
     try {
       scaled = inputs::to_si(text, "1") * number_of(now.value);
@@ -150,7 +163,8 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
     }
     constexpr double kWholeMax = 9e15;
     const bool whole = now.whole && std::abs(scaled) < kWholeMax;
-    f.values.push_back(si_text(tree, now, whole ? fmt::format("{}", std::llround(scaled)) : fmt::format("{}", scaled), where));
+    f.values.push_back(
+        si_text(tree, now, whole ? fmt::format("{}", std::llround(scaled)) : fmt::format("{}", scaled), where));
     f.shown.push_back(shown(now, number_of(f.values.back())));
   }
   return f;
@@ -178,7 +192,8 @@ void require_utf8(const std::string& where, const std::string& key, const std::s
   if (!files::is_utf8(text)) throw InputError(where, key, "", "not UTF-8", "text in UTF-8");
 }
 
-Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides, std::optional<double> spread) {
+Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides,
+                 std::optional<double> spread) {
   inputs::Places places;
   const std::vector<inputs::Override> none;
   StudyEntry entry;
@@ -195,13 +210,16 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   }
   if (entry.scenario.empty()) throw InputError(path, "scenario", "", "missing", "a path relative to this file");
   if (places.count("factors") == 0) {
-    throw InputError(inputs::located(path, root.Mark()), "factors", "", "missing", "a list of groups; [] for an ensemble of the scenario itself");
+    throw InputError(inputs::located(path, root.Mark()), "factors", "", "missing",
+                     "a list of groups; [] for an ensemble of the scenario itself");
   }
   if (entry.factors.empty() && random(entry.plan)) {
-    throw InputError(where("factors"), "factors", "[]", "the plan samples inputs, and there are none", "at least one, or another plan");
+    throw InputError(where("factors"), "factors", "[]", "the plan samples inputs, and there are none",
+                     "at least one, or another plan");
   }
   if (entry.factors.size() > kFactorsMax) {
-    throw InputError(where("factors"), "factors", "", fmt::format("{} factors", entry.factors.size()), fmt::format("at most {}", kFactorsMax));
+    throw InputError(where("factors"), "factors", "", fmt::format("{} factors", entry.factors.size()),
+                     fmt::format("at most {}", kFactorsMax));
   }
   require_utf8(where("title"), "title", entry.title);
   std::size_t values = 0;
@@ -216,10 +234,12 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     values += f.values.size() + f.scale.size();
   }
   if (values > kValuesMax) {
-    throw InputError(where("factors"), "factors", "", fmt::format("{} values in all", values), fmt::format("at most {}", kValuesMax));
+    throw InputError(where("factors"), "factors", "", fmt::format("{} values in all", values),
+                     fmt::format("at most {}", kValuesMax));
   }
   for (const std::string& name : entry.outcomes) {
-    if (!names.insert(name).second) throw InputError(where("outcomes"), "outcomes", name, "given twice", "every name once");
+    if (!names.insert(name).second)
+      throw InputError(where("outcomes"), "outcomes", name, "given twice", "every name once");
   }
   if (random(entry.plan) && entry.samples < 1) {
     throw InputError(where("samples"), "samples", fmt::format("{}", entry.samples), "the plan needs samples", ">= 1");
@@ -237,8 +257,10 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
 
   Study study;
   study.source = path;
-  study.base = inputs::read_scenario_file((std::filesystem::path(path).parent_path() / entry.scenario).string(), overrides);
-  if (!entry.fitted_on.empty()) study.fitted_on = (std::filesystem::path(path).parent_path() / entry.fitted_on).string();
+  study.base =
+      inputs::read_scenario_file((std::filesystem::path(path).parent_path() / entry.scenario).string(), overrides);
+  if (!entry.fitted_on.empty())
+    study.fitted_on = (std::filesystem::path(path).parent_path() / entry.fitted_on).string();
   study.title = entry.title;
   study.plan = entry.plan;
   study.samples = entry.samples;
@@ -249,9 +271,11 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   const YAML::Node tree = YAML::Load(inputs::to_yaml(study.base));
   study.base = inputs::read_scenario(tree, path);  // now with every default spelt out
   for (std::size_t i = 0; i < entry.factors.size(); ++i) {
-    study.factors.push_back(resolve(entry.factors[i], entry, study.base, tree, where(fmt::format("factors[{}].key", i))));
+    study.factors.push_back(
+        resolve(entry.factors[i], entry, study.base, tree, where(fmt::format("factors[{}].key", i))));
   }
-  for (std::size_t i = 0; i < study.factors.size(); ++i) refuse_idle(study, study.factors[i], where(fmt::format("factors[{}].key", i)));
+  for (std::size_t i = 0; i < study.factors.size(); ++i)
+    refuse_idle(study, study.factors[i], where(fmt::format("factors[{}].key", i)));
   study.outcomes = entry.outcomes;
   std::string known;
   for (const auto& q : outcome::kQuantities) known += (known.empty() ? "" : ", ") + std::string(q.name);
@@ -282,7 +306,8 @@ Study ensemble_of(const inputs::Scenario& scenario, int replicates) {
   return study;
 }
 
-Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides, std::optional<double> spread) {
+Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides,
+                      std::optional<double> spread) {
   return read_study(inputs::load_file(path), path, overrides, spread);
 }
 
@@ -317,8 +342,10 @@ std::string to_json(const Study& s) {
   j["engine"] = s.engine == Engine::multibody ? "multibody" : "purpose_built";
   j["samples"] = s.samples;
   j["replicates"] = s.replicates;
-  j["perturbation"] = {{"spacing", s.perturbation.spacing}, {"yaw_rate", s.perturbation.yaw_rate},
-                       {"kick", s.perturbation.kick}, {"alignment", s.perturbation.alignment}};
+  j["perturbation"] = {{"spacing", s.perturbation.spacing},
+                       {"yaw_rate", s.perturbation.yaw_rate},
+                       {"kick", s.perturbation.kick},
+                       {"alignment", s.perturbation.alignment}};
   j["seed"] = s.seed;
   j["outcomes"] = s.outcomes;
   j["factors"] = nlohmann::ordered_json::array();

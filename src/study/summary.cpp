@@ -42,8 +42,8 @@ const outcome::Quantity& quantity(const std::string& name) {
 struct Runs {
   std::vector<std::int64_t> points;
   std::vector<bool> failed;
-  std::vector<std::uint64_t> prints;         // of all outcomes: two equal runs have equal ones
-  std::vector<std::vector<double>> outcomes; // of Study::outcomes, run by run
+  std::vector<std::uint64_t> prints;          // of all outcomes: two equal runs have equal ones
+  std::vector<std::vector<double>> outcomes;  // of Study::outcomes, run by run
   WarningCount warnings;
 
   std::size_t size() const { return points.size(); }
@@ -57,7 +57,8 @@ struct Runs {
 
 Runs read_runs(const std::string& folder, const Study& study, const std::atomic<bool>* stop) {
   files::CsvTable table(in(folder, "runs.csv"));
-  const std::size_t run = table.column("run"), point = table.column("point"), ended = table.column("ended"), warned = table.column("warnings");
+  const std::size_t run = table.column("run"), point = table.column("point"), ended = table.column("ended"),
+                    warned = table.column("warnings");
   std::vector<std::size_t> wanted, all;
   for (const std::string& name : study.outcomes) wanted.push_back(table.column(name));
   for (const auto& q : outcome::kQuantities) all.push_back(table.column(std::string(q.name)));
@@ -69,7 +70,8 @@ Runs read_runs(const std::string& folder, const Study& study, const std::atomic<
   while (table.next(fields)) {
     look_at(stop);
     for (const std::size_t column : {run, point}) {
-      if (const std::string problem = flaw_of_count(table.names()[column], fields[column]); !problem.empty()) table.fail(problem);
+      if (const std::string problem = flaw_of_count(table.names()[column], fields[column]); !problem.empty())
+        table.fail(problem);
     }
     const std::int64_t index = std::stoll(fields[run]), place = std::stoll(fields[point]);
     if (index <= last || index >= total || place != index / study.replicates) {
@@ -79,7 +81,8 @@ Runs read_runs(const std::string& folder, const Study& study, const std::atomic<
     if (const std::string problem = flaw_of_ended(fields[ended]); !problem.empty()) table.fail(problem);
     std::string text;
     for (const std::size_t column : all) text += fields[column] + ",";
-    runs.add(place, fields[ended] == outcome::to_string(outcome::Ended::integration_failed), crc64(text), fields[warned]);
+    runs.add(place, fields[ended] == outcome::to_string(outcome::Ended::integration_failed), crc64(text),
+             fields[warned]);
     for (std::size_t i = 0; i < wanted.size(); ++i) runs.outcomes[i].push_back(table.number(fields, wanted[i]));
   }
   return runs;
@@ -106,7 +109,8 @@ void for_each_cell(const Runs& runs, const Study& study, const std::atomic<bool>
     std::size_t end = by_point(study) ? begin : runs.size();
     while (end < runs.size() && runs.points[end] == g) ++end;
     const std::string name = by_point(study) ? points.name(g) : "all points";
-    const auto failed = std::count(runs.failed.begin() + static_cast<std::ptrdiff_t>(begin), runs.failed.begin() + static_cast<std::ptrdiff_t>(end), true);
+    const auto failed = std::count(runs.failed.begin() + static_cast<std::ptrdiff_t>(begin),
+                                   runs.failed.begin() + static_cast<std::ptrdiff_t>(end), true);
     for (std::size_t i = 0; i < study.outcomes.size(); ++i) {
       std::vector<double> sample;
       for (std::size_t r = begin; r < end; ++r) {
@@ -135,7 +139,8 @@ std::vector<std::string> equal_points(const Runs& runs, const Study& study) {
     equal += same ? 1 : 0;
   }
   if (study.replicates < 2 || equal == 0) return {};
-  return {fmt::format("{} of {} points: all runs are the same run, seeds change nothing; their ranges mean nothing", equal, points)};
+  return {fmt::format("{} of {} points: all runs are the same run, seeds change nothing; their ranges mean nothing",
+                      equal, points)};
 }
 
 Totals totals_of(const Runs& runs, const Study& study) {
@@ -177,8 +182,9 @@ void write_sobol(const std::string& folder, const Study& study, const Runs& runs
     const std::vector<SobolIndex> indices = sobol_indices(a, b, ab, kBootstraps, stop);
     for (std::size_t i = 0; i < d; ++i) {
       const SobolIndex& x = indices[i];
-      file.stream() << files::csv_row({study.outcomes[o], study.factors[i].key, fmt::format("{}", x.first), fmt::format("{}", x.first_low),
-                                       fmt::format("{}", x.first_high), fmt::format("{}", x.total), fmt::format("{}", x.total_low),
+      file.stream() << files::csv_row({study.outcomes[o], study.factors[i].key, fmt::format("{}", x.first),
+                                       fmt::format("{}", x.first_low), fmt::format("{}", x.first_high),
+                                       fmt::format("{}", x.total), fmt::format("{}", x.total_low),
                                        fmt::format("{}", x.total_high), fmt::format("{}", a.size())})
                     << "\n";
     }
@@ -193,7 +199,9 @@ nlohmann::ordered_json columns(const Study& study) {
     const bool converted = !f.shown_unit.empty();
     j[f.key] = {{"title", f.label},
                 {"unit", f.unit},
-                {"shown_unit", converted ? f.shown_unit : f.unit == "1" ? "" : f.unit},
+                {"shown_unit", converted       ? f.shown_unit
+                               : f.unit == "1" ? ""
+                                               : f.unit},
                 {"per_shown", converted ? inputs::to_si("1 " + f.shown_unit, f.unit) : 1.0}};
   }
   for (const auto& q : outcome::kQuantities) {
@@ -219,9 +227,14 @@ Totals write_summary(const std::string& folder, const Study& study, const std::a
   file.stream() << "point,name,outcome,unit,runs,failed,mean,sd,q05,q25,median,q75,q95\n";
   for_each_cell(runs, study, stop, [&](const Cell& c) {
     const Spread& s = c.spread;
-    std::vector<std::string> fields{fmt::format("{}", c.point), c.name, c.outcome, std::string(quantity(c.outcome).unit),
-                                    fmt::format("{}", s.count), fmt::format("{}", c.failed)};
-    for (const double value : {s.mean, s.sd, s.q05, s.q25, s.median, s.q75, s.q95}) fields.push_back(fmt::format("{}", value));
+    std::vector<std::string> fields{fmt::format("{}", c.point),
+                                    c.name,
+                                    c.outcome,
+                                    std::string(quantity(c.outcome).unit),
+                                    fmt::format("{}", s.count),
+                                    fmt::format("{}", c.failed)};
+    for (const double value : {s.mean, s.sd, s.q05, s.q25, s.median, s.q75, s.q95})
+      fields.push_back(fmt::format("{}", value));
     file.stream() << files::csv_row(fields) << "\n";
   });
   file.commit();
@@ -247,7 +260,8 @@ void write_about(const std::string& folder, const Study& study, const Totals& to
   for (const char* table : {"runs.csv", "summary.csv", "sobol.csv", "rows.csv", "members.csv"}) {
     if (const std::string crc = crc32_of_file(in(folder, table)); !crc.empty()) j["crc32"][table] = crc;
   }
-  files::write_file(in(folder, "about.json"), j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n", files::Existing::replace);
+  files::write_file(in(folder, "about.json"), j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+                    files::Existing::replace);
 }
 
 Totals write_results(const std::string& folder, const Study& study, double wall_time, const std::atomic<bool>* stop) {
@@ -264,7 +278,8 @@ std::string to_table(const std::string& folder, const Study& study) {
   for_each_cell(runs, study, nullptr, [&](const Cell& c) {
     if (c.point >= kPointsShown) return;
     if (c.outcome == study.outcomes.front()) {
-      text += fmt::format("{} ({} runs{})\n", c.name, c.spread.count, c.failed > 0 ? fmt::format(", {} failed", c.failed) : "");
+      text += fmt::format("{} ({} runs{})\n", c.name, c.spread.count,
+                          c.failed > 0 ? fmt::format(", {} failed", c.failed) : "");
     }
     const outcome::Quantity& q = quantity(c.outcome);
     text += fmt::format("    {:<38}{:>9.4g} {:<5} 5-95 %: {:.4g} to {:.4g}\n", q.title, c.spread.median / q.per_shown,
@@ -287,7 +302,8 @@ Runs runs_of(const Study& study, const std::vector<outcome::Outcome>& outcomes) 
     std::string text;
     for (const auto& q : outcome::kQuantities) text += fmt::format("{},", q.value(o));
     runs.add(0, o.ended == outcome::Ended::integration_failed, crc64(text), warnings_field(o.warnings));
-    for (std::size_t i = 0; i < study.outcomes.size(); ++i) runs.outcomes[i].push_back(quantity(study.outcomes[i]).value(o));
+    for (std::size_t i = 0; i < study.outcomes.size(); ++i)
+      runs.outcomes[i].push_back(quantity(study.outcomes[i]).value(o));
   }
   return runs;
 }
@@ -297,8 +313,9 @@ Runs runs_of(const Study& study, const std::vector<outcome::Outcome>& outcomes) 
 std::string ensemble_table(const Study& study, const std::vector<outcome::Outcome>& outcomes) {
   const Runs runs = runs_of(study, outcomes);
   const Totals totals = totals_of(runs, study);
-  std::string text = fmt::format("{} runs{}, each with a seed of its own\n{:<42}{:>11}  {:<25}{:>11}  {}\n", totals.runs,
-                                 totals.failed > 0 ? fmt::format(", {} failed", totals.failed) : "", "", "median", "   5 to 95 %", "median", "   5 to 95 %");
+  std::string text = fmt::format("{} runs{}, each with a seed of its own\n{:<42}{:>11}  {:<25}{:>11}  {}\n",
+                                 totals.runs, totals.failed > 0 ? fmt::format(", {} failed", totals.failed) : "", "",
+                                 "median", "   5 to 95 %", "median", "   5 to 95 %");
   for_each_cell(runs, study, nullptr, [&](const Cell& c) {
     const outcome::Quantity& q = quantity(c.outcome);
     const auto range = [&](double per_unit, std::string_view unit) {
@@ -316,15 +333,24 @@ std::string ensemble_table(const Study& study, const std::vector<outcome::Outcom
 std::string ensemble_json(const Study& study, const std::vector<outcome::Outcome>& outcomes) {
   const Runs runs = runs_of(study, outcomes);
   const Totals totals = totals_of(runs, study);
-  nlohmann::ordered_json j{{"title", study.title}, {"runs", totals.runs}, {"failed", totals.failed}, {"warnings", totals.warnings}};
+  nlohmann::ordered_json j{
+      {"title", study.title}, {"runs", totals.runs}, {"failed", totals.failed}, {"warnings", totals.warnings}};
   j["perturbation"] = nlohmann::ordered_json::parse(to_json(study)).at("perturbation");
   for_each_cell(runs, study, nullptr, [&](const Cell& c) {
     const Spread& s = c.spread;
-    j["outcomes"][c.outcome] = {{"unit", quantity(c.outcome).unit}, {"runs", s.count}, {"mean", s.mean}, {"sd", s.sd}, {"q05", s.q05},
-                                {"q25", s.q25}, {"median", s.median}, {"q75", s.q75}, {"q95", s.q95}};
+    j["outcomes"][c.outcome] = {{"unit", quantity(c.outcome).unit},
+                                {"runs", s.count},
+                                {"mean", s.mean},
+                                {"sd", s.sd},
+                                {"q05", s.q05},
+                                {"q25", s.q25},
+                                {"median", s.median},
+                                {"q75", s.q75},
+                                {"q95", s.q95}};
   });
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    if (outcomes[i].ended != outcome::Ended::running) j["seeds"].push_back(run_of(study, static_cast<std::int64_t>(i)).seed);
+    if (outcomes[i].ended != outcome::Ended::running)
+      j["seeds"].push_back(run_of(study, static_cast<std::int64_t>(i)).seed);
   }
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }

@@ -62,13 +62,15 @@ File read_lines(const std::string& path, std::vector<InputError>& errors) try {
   }
   return file;
 } catch (const files::CsvError& e) {
-  throw InputError(e.line() > 0 ? fmt::format("{}:{}", path, e.line()) : path, "", "", e.problem(), "a table of accidents, CSV (docs/validation.md)");
+  throw InputError(e.line() > 0 ? fmt::format("{}:{}", path, e.line()) : path, "", "", e.problem(),
+                   "a table of accidents, CSV (docs/validation.md)");
 }
 
 /// One row of the table, column by column. What is wrong is gathered.
 class RowReader {
  public:
-  RowReader(const File& file, const Line& line, std::vector<InputError>& errors) : file_(file), line_(line), errors_(errors) {}
+  RowReader(const File& file, const Line& line, std::vector<InputError>& errors)
+      : file_(file), line_(line), errors_(errors) {}
 
   const std::string& text(const std::string& column) const {
     const auto place = std::find(file_.names.begin(), file_.names.end(), column) - file_.names.begin();
@@ -81,7 +83,9 @@ class RowReader {
                        [&](int value) { return value >= min && value <= max; });
   }
   /// A blank field is 0.
-  int count_or_blank(const std::string& column) const { return text_if_any(column).empty() ? 0 : count(column, 0, kCountMax); }
+  int count_or_blank(const std::string& column) const {
+    return text_if_any(column).empty() ? 0 : count(column, 0, kCountMax);
+  }
   double positive(const std::string& column, double max) const {
     return number<double>(column, fmt::format("a number, 0 < {} <= {}", column, max), max,
                           [&](double value) { return value > 0.0 && value <= max; });
@@ -91,7 +95,8 @@ class RowReader {
     return number<double>(column, fmt::format("a number, {} <= {} <= {}", min, column, max), max,
                           [&](double value) { return value >= min && value <= max; });
   }
-  void wrong(const std::string& column, const std::string& value, const std::string& problem, const std::string& allowed) const {
+  void wrong(const std::string& column, const std::string& value, const std::string& problem,
+             const std::string& allowed) const {
     errors_.emplace_back(file_.where(line_), column, value, problem, allowed);
   }
 
@@ -131,25 +136,41 @@ Accident read_row(const File& file, const Line& line, std::vector<InputError>& e
     if (file.has(column) && !a.empty_cars) a.empty_cars = reader.count_or_blank(column);
   }
   if (errors.size() == before && a.first_car_position - 1 + a.cars_from_pod_to_rear != a.n_cars) {
-    reader.wrong("cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
-                 fmt::format("does not go with first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
-                 fmt::format("n_cars - first_car_position + 1 = {}", a.n_cars - a.first_car_position + 1));
+    reader.wrong(
+        "cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
+        fmt::format("does not go with first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
+        fmt::format("n_cars - first_car_position + 1 = {}", a.n_cars - a.first_car_position + 1));
   }
   return a;
 }
 
-// Form 6180.54 of the Federal Railroad Administration, one report a row. A suffix 1 is what the train had, 2 what of it derailed.
-const std::vector<std::string> kFormColumns{
-    "RAILROAD", "INCDTNO", "TYPE",    "TRNSPD",  "TONS",   "POSITON1", "HEADEND1", "LOADF1",
-    "LOADP1",   "EMPTYF1", "EMPTYP1", "LOADF2",  "LOADP2", "EMPTYF2",  "EMPTYP2",  "CAUSE"};
-const std::vector<std::string> kMadeColumns{
-    "date",         "railroad",       "incdtno",   "state",      "station",            "speed_mph",
-    "n_cars",       "empty_cars",     "trailing_tons", "tons_per_car", "head_end_locos", "mid_locos",
-    "rear_locos",   "first_car_position", "cars_from_pod_to_rear", "cars_derailed", "cause"};
+// Form 6180.54 of the Federal Railroad Administration, one report a row. A suffix 1 is what the train had, 2 what of it
+// derailed.
+const std::vector<std::string> kFormColumns{"RAILROAD", "INCDTNO", "TYPE",    "TRNSPD",  "TONS",    "POSITON1",
+                                            "HEADEND1", "LOADF1",  "LOADP1",  "EMPTYF1", "EMPTYP1", "LOADF2",
+                                            "LOADP2",   "EMPTYF2", "EMPTYP2", "CAUSE"};
+const std::vector<std::string> kMadeColumns{"date",
+                                            "railroad",
+                                            "incdtno",
+                                            "state",
+                                            "station",
+                                            "speed_mph",
+                                            "n_cars",
+                                            "empty_cars",
+                                            "trailing_tons",
+                                            "tons_per_car",
+                                            "head_end_locos",
+                                            "mid_locos",
+                                            "rear_locos",
+                                            "first_car_position",
+                                            "cars_from_pod_to_rear",
+                                            "cars_derailed",
+                                            "cause"};
 
 bool is_form(const File& file) { return file.has("INCDTNO") && file.has("TRNSPD"); }
 
-Accident read_form_row(const File& file, const Line& line, std::vector<InputError>& errors, std::vector<Remark>& notes) {
+Accident read_form_row(const File& file, const Line& line, std::vector<InputError>& errors,
+                       std::vector<Remark>& notes) {
   const std::size_t before = errors.size();
   const RowReader reader(file, line, errors);
   const auto sum = [&](std::initializer_list<const char*> columns) {
@@ -167,7 +188,8 @@ Accident read_form_row(const File& file, const Line& line, std::vector<InputErro
   if (errors.size() == before && (a.n_cars < 1 || a.n_cars > kCountMax)) {
     const std::string other = reader.text_if_any("INCDTNO2");
     reader.wrong("LOADF1 + LOADP1 + EMPTYF1 + EMPTYP1 + CABOOSE1", fmt::format("{}", a.n_cars),
-                 other.empty() ? "no train" : fmt::format("no train; that is in the report of {}, {}", reader.text("RR2"), other),
+                 other.empty() ? "no train"
+                               : fmt::format("no train; that is in the report of {}, {}", reader.text("RR2"), other),
                  fmt::format("1 to {} cars", kCountMax));
     return a;
   }
@@ -189,16 +211,28 @@ Accident read_form_row(const File& file, const Line& line, std::vector<InputErro
   if (errors.size() > before) return a;
   if (a.first_car_position > a.n_cars) {
     a.first_car_position -= a.head_end_locos;
-    notes.push_back({a.line, fmt::format("POSITON1 = '{}' of {} cars counts locomotives: {} is taken", reader.text("POSITON1"),
-                                         a.n_cars, a.first_car_position)});
+    notes.push_back({a.line, fmt::format("POSITON1 = '{}' of {} cars counts locomotives: {} is taken",
+                                         reader.text("POSITON1"), a.n_cars, a.first_car_position)});
   }
   a.cars_from_pod_to_rear = a.n_cars - a.first_car_position + 1;
   const auto date = reader.text_if_any("YEAR4") + "-" + reader.text_if_any("MONTH") + "-" + reader.text_if_any("DAY");
-  a.fields = {date, reader.text("RAILROAD"), reader.text("INCDTNO"), reader.text_if_any("STATE"), reader.text_if_any("STATION"),
-              fmt::format("{}", a.speed_mph), fmt::format("{}", a.n_cars), fmt::format("{}", *a.empty_cars),
-              fmt::format("{}", tons), fmt::format("{}", a.tons_per_car), fmt::format("{}", a.head_end_locos),
-              fmt::format("{}", a.mid_locos), fmt::format("{}", a.rear_locos), fmt::format("{}", a.first_car_position),
-              fmt::format("{}", a.cars_from_pod_to_rear), fmt::format("{}", a.cars_derailed), a.cause};
+  a.fields = {date,
+              reader.text("RAILROAD"),
+              reader.text("INCDTNO"),
+              reader.text_if_any("STATE"),
+              reader.text_if_any("STATION"),
+              fmt::format("{}", a.speed_mph),
+              fmt::format("{}", a.n_cars),
+              fmt::format("{}", *a.empty_cars),
+              fmt::format("{}", tons),
+              fmt::format("{}", a.tons_per_car),
+              fmt::format("{}", a.head_end_locos),
+              fmt::format("{}", a.mid_locos),
+              fmt::format("{}", a.rear_locos),
+              fmt::format("{}", a.first_car_position),
+              fmt::format("{}", a.cars_from_pod_to_rear),
+              fmt::format("{}", a.cars_derailed),
+              a.cause};
   return a;
 }
 
@@ -219,7 +253,8 @@ std::vector<std::string> names_of_accident(const RowReader& reader) {
 void read_form(const File& file, AccidentTable& table, std::vector<InputError>& errors) {
   for (const std::string& column : kFormColumns) {
     if (file.has(column)) continue;
-    throw InputError(file.path + ":1", column, "", "missing column", "the columns of form 6180.54 (docs/validation.md)");
+    throw InputError(file.path + ":1", column, "", "missing column",
+                     "the columns of form 6180.54 (docs/validation.md)");
   }
   table.columns = kMadeColumns;
   struct Report {
@@ -228,15 +263,16 @@ void read_form(const File& file, AccidentTable& table, std::vector<InputError>& 
     std::vector<Remark> notes;
   };
   std::vector<Report> reports;
-  std::map<std::string, std::size_t> accident_of;      // by name
-  std::vector<std::vector<std::size_t>> accidents;     // their reports
+  std::map<std::string, std::size_t> accident_of;   // by name
+  std::vector<std::vector<std::size_t>> accidents;  // their reports
   for (const Line& line : file.rows) {
     Report report;
     report.accident = read_form_row(file, line, report.errors, report.notes);
     const std::vector<std::string> names = names_of_accident(RowReader(file, line, report.errors));
     std::size_t accident = accidents.size();
     for (const std::string& name : names) {
-      if (const auto found = accident_of.find(name); found != accident_of.end()) accident = std::min(accident, found->second);
+      if (const auto found = accident_of.find(name); found != accident_of.end())
+        accident = std::min(accident, found->second);
     }
     if (accident == accidents.size()) accidents.emplace_back();
     for (const std::string& name : names) accident_of.emplace(name, accident);
@@ -244,12 +280,14 @@ void read_form(const File& file, AccidentTable& table, std::vector<InputError>& 
     reports.push_back(std::move(report));
   }
   for (const std::vector<std::size_t>& of_one : accidents) {
-    const auto good = std::find_if(of_one.begin(), of_one.end(), [&](std::size_t i) { return reports[i].errors.empty(); });
+    const auto good =
+        std::find_if(of_one.begin(), of_one.end(), [&](std::size_t i) { return reports[i].errors.empty(); });
     const std::size_t kept = good == of_one.end() ? of_one.front() : *good;
     for (const std::size_t i : of_one) {
       if (i == kept) continue;
       const std::size_t line = reports[kept].accident.line;
-      table.left_out.push_back({reports[i].accident.line, fmt::format("another report of the accident of line {}", line)});
+      table.left_out.push_back(
+          {reports[i].accident.line, fmt::format("another report of the accident of line {}", line)});
     }
     if (good == of_one.end()) {
       errors.insert(errors.end(), reports[kept].errors.begin(), reports[kept].errors.end());
@@ -311,7 +349,8 @@ AccidentTable read_accidents(const std::string& path, bool skip_invalid) {
   std::stable_sort(table.left_out.begin(), table.left_out.end(),
                    [](const Remark& a, const Remark& b) { return a.line < b.line; });
   if (all == 0) throw InputError(path, "", "", "no accidents", "at least one row");
-  if (table.rows.empty()) throw InputError(path, "", "", fmt::format("none of {} rows can be used", all), "at least one");
+  if (table.rows.empty())
+    throw InputError(path, "", "", fmt::format("none of {} rows can be used", all), "at least one");
   return table;
 }
 
@@ -326,7 +365,8 @@ inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& a) {
     }
   }
   if (car == nullptr) {
-    throw InputError("scenario", "consist", "", "no block of cars to make trains of", "a block whose name is not locomotive");
+    throw InputError("scenario", "consist", "", "no block of cars to make trains of",
+                     "a block whose name is not locomotive");
   }
 
   CarBlock remote = locomotive == nullptr ? CarBlock{} : *locomotive;

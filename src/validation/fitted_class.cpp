@@ -64,7 +64,8 @@ FittedClass read_fitted_class(const std::string& path) {
         const YAML::Node ends = range.second;
         const bool two = ends.IsSequence() && ends.size() == 2;
         const double low = two ? ends[0].as<double>(NAN) : NAN, high = two ? ends[1].as<double>(NAN) : NAN;
-        if (!(low <= high)) throw InputError(where(range.first), "ranges." + name, "", "not a range", "[least, largest]");
+        if (!(low <= high))
+          throw InputError(where(range.first), "ranges." + name, "", "not a range", "[least, largest]");
         of.ranges.push_back({name, low, high});
       }
     } else if (key == "causes" && value.IsSequence()) {
@@ -96,7 +97,8 @@ std::vector<std::string> not_told(const FittedClass& of, const AccidentTable& ta
   std::vector<std::string> names;
   const auto all = [&](auto missing) { return std::any_of(table.rows.begin(), table.rows.end(), missing); };
   if (!of.causes.empty() && all([](const Accident& a) { return a.cause.empty(); })) names.push_back("cause");
-  if (has_range(of, "empty_cars") && all([](const Accident& a) { return !a.empty_cars; })) names.push_back("empty_cars");
+  if (has_range(of, "empty_cars") && all([](const Accident& a) { return !a.empty_cars; }))
+    names.push_back("empty_cars");
   return names;
 }
 

@@ -11,7 +11,8 @@
 namespace train_derail::validation {
 
 /// The columns of a validation's journal, the run's number first, and what a row must be.
-study::JournalFormat journal_format(const study::Study& study, const AccidentTable& accidents, const std::string& identity);
+study::JournalFormat journal_format(const study::Study& study, const AccidentTable& accidents,
+                                    const std::string& identity);
 
 /// Unlike its place among the rows asked for, it belongs to line and member.
 std::int64_t run_number(const Accident& accident, std::int64_t members, std::int64_t member);

@@ -31,8 +31,10 @@ study::PredictiveRanks ranks_of(const Validation& v) {
 
 std::string interval_text(const Validation& v) {
   const study::PredictiveRanks r = ranks_of(v);
-  return fmt::format("90 % interval: from member {} to member {} of {}, sorted; holds {:.0f} % of counts that are drawn as the members are",
-                     r.low, r.high, v.members, 100.0 * r.held);
+  return fmt::format(
+      "90 % interval: from member {} to member {} of {}, sorted; holds {:.0f} % of counts that are drawn as the "
+      "members are",
+      r.low, r.high, v.members, 100.0 * r.held);
 }
 
 std::string title(const Rated& r) {
@@ -69,12 +71,9 @@ ordered_json to_json(const std::vector<Remark>& remarks) {
 ordered_json to_json(const Group& g) {
   ordered_json j{{"name", g.name}, {"rows", g.rows}};
   for (const Rated& r : g.rated) {
-    ordered_json s{{"name", r.name},
-                   {"made_from", r.rows},
-                   {"rows", r.score.count},
-                   {"mean_absolute_error", r.score.mean_absolute_error},
-                   {"bias", r.score.bias},
-                   {"root_mean_square_error", r.score.root_mean_square_error},
+    ordered_json s{{"name", r.name},        {"made_from", r.rows},
+                   {"rows", r.score.count}, {"mean_absolute_error", r.score.mean_absolute_error},
+                   {"bias", r.score.bias},  {"root_mean_square_error", r.score.root_mean_square_error},
                    {"r2", r.score.r2}};
     if (r.crps) s["crps"] = *r.crps;
     if (r.coverage) {
@@ -109,12 +108,14 @@ std::string to_table(const Validation& v) {
   for (const std::string& warning : v.warnings) text += "warning: " + warning + "\n";
   text += interval_text(v) + "\n";
   for (const Group& g : v.groups) {
-    text += fmt::format("\n{} ({} rows)\n    {:<42}{:>8}{:>9}{:>9}{:>9}{:>8}{:>10}{:>8}\n", g.name, g.rows, "", "MAE", "bias", "RMSE", "R2",
-                        "CRPS", "in 90 %", "width");
+    text += fmt::format("\n{} ({} rows)\n    {:<42}{:>8}{:>9}{:>9}{:>9}{:>8}{:>10}{:>8}\n", g.name, g.rows, "", "MAE",
+                        "bias", "RMSE", "R2", "CRPS", "in 90 %", "width");
     for (const Rated& r : g.rated) {
-      text += fmt::format("    {:<42}{:>8}{:>9}{:>9}{:>9}{:>8}{:>10}{:>8}\n", title(r), number(r.score.mean_absolute_error, "{:.2f}"),
-                          number(r.score.bias, "{:+.2f}"), number(r.score.root_mean_square_error, "{:.2f}"),
-                          number(r.score.r2, "{:.3f}"), r.crps ? number(*r.crps, "{:.2f}") : "", r.coverage ? number(100.0 * r.coverage->share, "{:.0f} %") : "",
+      text += fmt::format("    {:<42}{:>8}{:>9}{:>9}{:>9}{:>8}{:>10}{:>8}\n", title(r),
+                          number(r.score.mean_absolute_error, "{:.2f}"), number(r.score.bias, "{:+.2f}"),
+                          number(r.score.root_mean_square_error, "{:.2f}"), number(r.score.r2, "{:.3f}"),
+                          r.crps ? number(*r.crps, "{:.2f}") : "",
+                          r.coverage ? number(100.0 * r.coverage->share, "{:.0f} %") : "",
                           r.coverage ? number(r.coverage->mean_width, "{:.1f}") : "");
     }
     text += fmt::format("    cars ~ speed^b: b = {} real, {} predicted\n", number(g.exponent_real, "{:.2f}"),
@@ -122,28 +123,32 @@ std::string to_table(const Validation& v) {
   }
   if (v.groups.empty()) return text;
   const Group& last = v.groups.back();
-  text += fmt::format("\n{}\n    {:>10}{:>6}{:>10}{:>6}{:>11}{:>9}\n", last.name, "mph", "rows", "real", "sd", "predicted", "error");
+  text += fmt::format("\n{}\n    {:>10}{:>6}{:>10}{:>6}{:>11}{:>9}\n", last.name, "mph", "rows", "real", "sd",
+                      "predicted", "error");
   for (const SpeedBand& b : last.bands) {
-    text += fmt::format("    {:>10}{:>6}{:>10.1f}{:>6}{:>11.1f}{:>7.0f} %\n", fmt::format("{:.0f}-{:.0f}", b.from, b.to), b.count,
-                        b.real, number(b.real_sd, "{:.1f}"), b.predicted, 100.0 * b.error);
+    text +=
+        fmt::format("    {:>10}{:>6}{:>10.1f}{:>6}{:>11.1f}{:>7.0f} %\n", fmt::format("{:.0f}-{:.0f}", b.from, b.to),
+                    b.count, b.real, number(b.real_sd, "{:.1f}"), b.predicted, 100.0 * b.error);
   }
   return text;
 }
 
 std::string to_json(const Validation& v) {
   const study::PredictiveRanks ranks = ranks_of(v);
-  ordered_json j{{"table", v.accidents.path},
-                 {"study", v.study.title},
-                 {"rows", v.accidents.rows.size()},
-                 {"members", v.members},
-                 {"failed", v.failed},
-                 {"interval", {{"wanted", kIntervalShare}, {"low_rank", ranks.low}, {"high_rank", ranks.high}, {"held_by_ranks", ranks.held}}},
-                 {"stretched_by", v.stretched.factor},
-                 {"fitted_on", v.fitted.title},
-                 {"outside", outside_count(v)},
-                 {"warnings", v.warnings},
-                 {"left_out", to_json(v.accidents.left_out)},
-                 {"notes", to_json(v.accidents.notes)}};
+  ordered_json j{
+      {"table", v.accidents.path},
+      {"study", v.study.title},
+      {"rows", v.accidents.rows.size()},
+      {"members", v.members},
+      {"failed", v.failed},
+      {"interval",
+       {{"wanted", kIntervalShare}, {"low_rank", ranks.low}, {"high_rank", ranks.high}, {"held_by_ranks", ranks.held}}},
+      {"stretched_by", v.stretched.factor},
+      {"fitted_on", v.fitted.title},
+      {"outside", outside_count(v)},
+      {"warnings", v.warnings},
+      {"left_out", to_json(v.accidents.left_out)},
+      {"notes", to_json(v.accidents.notes)}};
   for (const Group& g : v.groups) j["groups"].push_back(to_json(g));
   return j.dump(2, ' ', false, ordered_json::error_handler_t::replace);
 }
@@ -151,8 +156,8 @@ std::string to_json(const Validation& v) {
 std::string rows_csv(const Validation& v) {
   std::vector<std::string> names{"line"};
   names.insert(names.end(), v.accidents.columns.begin(), v.accidents.columns.end());
-  for (const char* name : {"predicted_mean", "predicted_sd", "predicted_low", "predicted_median", "predicted_high", "predicted_members", "crps",
-                           "stretched_low", "stretched_high", "outside"}) {
+  for (const char* name : {"predicted_mean", "predicted_sd", "predicted_low", "predicted_median", "predicted_high",
+                           "predicted_members", "crps", "stretched_low", "stretched_high", "outside"}) {
     names.emplace_back(name);
   }
   for (const Fit& f : v.fits) {
@@ -165,7 +170,8 @@ std::string rows_csv(const Validation& v) {
     const study::Spread& p = v.predicted[i];
     std::vector<std::string> fields{fmt::format("{}", a.line)};
     fields.insert(fields.end(), a.fields.begin(), a.fields.end());
-    for (const double value : {p.mean, p.sd, v.intervals[i].low, p.median, v.intervals[i].high}) fields.push_back(field(value));
+    for (const double value : {p.mean, p.sd, v.intervals[i].low, p.median, v.intervals[i].high})
+      fields.push_back(field(value));
     fields.push_back(fmt::format("{}", p.count));
     for (const double value : {v.crps[i], v.stretched.low[i], v.stretched.high[i]}) fields.push_back(field(value));
     fields.push_back(v.outside[i]);
@@ -181,11 +187,13 @@ std::string rows_csv(const Validation& v) {
 namespace {
 
 constexpr std::size_t kBeforeInputs = 3;  // line, member, seed: without the run's number
-constexpr std::size_t kLine = 1, kMember = 2, kSeed = 3, kCars = 4, kLocomotives = 5, kQuantities = 6;  // places in a row of the journal
+constexpr std::size_t kLine = 1, kMember = 2, kSeed = 3, kCars = 4, kLocomotives = 5,
+                      kQuantities = 6;  // places in a row of the journal
 constexpr std::size_t kEnded = kQuantities + outcome::kQuantities.size(), kWarnings = kEnded + 1, kMessage = kEnded + 2;
 
 std::vector<std::string> journal_columns() {
-  std::vector<std::string> names{"run", "line", "member", "seed", "derailed_without_locomotives", "derailed_locomotives"};
+  std::vector<std::string> names{
+      "run", "line", "member", "seed", "derailed_without_locomotives", "derailed_locomotives"};
   for (const auto& q : outcome::kQuantities) names.emplace_back(q.name);
   for (const char* name : {"ended", "warnings", "message"}) names.emplace_back(name);
   return names;
@@ -197,7 +205,8 @@ std::int64_t run_number(const Accident& accident, std::int64_t members, std::int
   return static_cast<std::int64_t>(accident.line) * members + member;
 }
 
-study::JournalFormat journal_format(const study::Study& study, const AccidentTable& accidents, const std::string& identity) {
+study::JournalFormat journal_format(const study::Study& study, const AccidentTable& accidents,
+                                    const std::string& identity) {
   struct Limits {
     int cars, locomotives;
   };
@@ -209,7 +218,8 @@ study::JournalFormat journal_format(const study::Study& study, const AccidentTab
   plan.seed = study.seed;
   plan.replicates = study.replicates;
   study::JournalFormat format{"validation", identity, journal_columns(), {}};
-  format.flaw = [plan, rows, members = members_a_row(study), columns = format.columns](const std::vector<std::string>& fields) -> std::string {
+  format.flaw = [plan, rows, members = members_a_row(study),
+                 columns = format.columns](const std::vector<std::string>& fields) -> std::string {
     const std::int64_t number = std::stoll(fields[0]), line = number / members;
     const auto row = rows.find(line);
     if (row == rows.end()) return fmt::format("run {}: no row of the table", number);
@@ -226,7 +236,8 @@ study::JournalFormat journal_format(const study::Study& study, const AccidentTab
     };
     count(kCars, row->second.cars);
     count(kLocomotives, row->second.locomotives);
-    for (std::size_t i = kQuantities; i < kEnded && problem.empty(); ++i) problem = study::flaw_of_number(columns[i], fields[i]);
+    for (std::size_t i = kQuantities; i < kEnded && problem.empty(); ++i)
+      problem = study::flaw_of_number(columns[i], fields[i]);
     return problem.empty() ? study::flaw_of_ended(fields[kEnded]) : problem;
   };
   return format;
@@ -234,8 +245,9 @@ study::JournalFormat journal_format(const study::Study& study, const AccidentTab
 
 std::vector<std::string> fields_of(const Accident& accident, std::int64_t number, const Member& m) {
   std::vector<std::string> fields;
-  for (const std::int64_t n : {number, static_cast<std::int64_t>(accident.line), m.member, m.seed, static_cast<std::int64_t>(m.derailed.cars),
-                               static_cast<std::int64_t>(m.derailed.locomotives)}) {
+  for (const std::int64_t n :
+       {number, static_cast<std::int64_t>(accident.line), m.member, m.seed, static_cast<std::int64_t>(m.derailed.cars),
+        static_cast<std::int64_t>(m.derailed.locomotives)}) {
     fields.push_back(fmt::format("{}", n));
   }
   for (const auto& q : outcome::kQuantities) fields.push_back(fmt::format("{}", q.value(m.outcome)));

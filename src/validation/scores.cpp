@@ -17,7 +17,9 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 Eigen::MatrixXd design(FitKind kind, const FitInputs& in) {
-  const auto column = [](const std::vector<double>& v) { return Eigen::Map<const Eigen::ArrayXd>(v.data(), static_cast<Eigen::Index>(v.size())); };
+  const auto column = [](const std::vector<double>& v) {
+    return Eigen::Map<const Eigen::ArrayXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+  };
   const auto rows = static_cast<Eigen::Index>(in.speed.size());
   Eigen::MatrixXd x = Eigen::MatrixXd::Ones(rows, kind == FitKind::straight_line ? 2 : 4);
   x.col(1) = column(in.speed);
@@ -189,7 +191,8 @@ Fit fit(FitKind kind, const FitInputs& inputs, const std::vector<double>& real) 
   const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(x.rows(), x.cols());
   const Eigen::VectorXd at = x * b;
   for (Eigen::Index i = 0; i < rows; ++i) {
-    // Without row i the residual there grows by 1 / (1 - leverage); a row that alone decides a coefficient has leverage 1.
+    // Without row i the residual there grows by 1 / (1 - leverage); a row that alone decides a coefficient has
+    // leverage 1.
     const double leverage = q.row(i).squaredNorm();
     const double out = leverage < 1.0 - 1e-9 ? y[i] - (y[i] - at[i]) / (1.0 - leverage) : kNone;
     f.fitted[static_cast<std::size_t>(i)] = logarithms ? std::exp(at[i]) : at[i];

@@ -74,10 +74,15 @@ Group group(const std::string& name, const Columns& c) {
   Group g;
   g.name = name;
   g.rows = c.real.size();
-  // The median is what makes the mean absolute error least; a few members in which the whole train buckles do not move it.
+  // The median is what makes the mean absolute error least; a few members in which the whole train buckles do not move
+  // it.
   g.rated.push_back({"simulation", "none", score(c.real, c.median), coverage(c.real, c.low, c.high), mean_of(c.crps)});
   g.rated.push_back({"mean", "none", score(c.real, c.mean), {}, {}});
-  g.rated.push_back({"stretched", "the others", score(c.real, c.median), stretch(c.real, c.low, c.median, c.high, kIntervalShare).held_out, {}});
+  g.rated.push_back({"stretched",
+                     "the others",
+                     score(c.real, c.median),
+                     stretch(c.real, c.low, c.median, c.high, kIntervalShare).held_out,
+                     {}});
   for (const FitKind kind : kFitKinds) {
     const Fit& f = g.fits.emplace_back(fit(kind, c.inputs, c.real));
     g.rated.push_back({to_string(kind), "these", score(c.real, f.fitted), {}, {}});
@@ -103,7 +108,8 @@ std::int64_t members_a_row(const study::Study& study) {
   if (!sampled && !study.factors.empty()) {
     throw InputError("study", "plan", "", "every row needs a random sample of its own", "latin_hypercube");
   }
-  if (study.engine != study::Engine::purpose_built) throw InputError("study", "engine", "multibody", "knows no rails", "purpose_built");
+  if (study.engine != study::Engine::purpose_built)
+    throw InputError("study", "engine", "multibody", "knows no rails", "purpose_built");
   for (const study::Factor& f : study.factors) {
     if (row_decides(f.key)) {
       throw InputError("study", "factors.key", f.key, "the rows of the table decide it", "any other key");
@@ -129,7 +135,8 @@ struct Kept {
 std::vector<std::string> check_rows(const study::Study& study, const AccidentTable& accidents) {
   const std::int64_t members = members_a_row(study), rows = static_cast<std::int64_t>(accidents.rows.size());
   if (members > kMembersMax / std::max<std::int64_t>(rows, 1)) {
-    throw InputError("study", "samples", fmt::format("{}", members), fmt::format("{} rows with so many members each are too many runs", rows),
+    throw InputError("study", "samples", fmt::format("{}", members),
+                     fmt::format("{} rows with so many members each are too many runs", rows),
                      fmt::format("at most {} runs in all", kMembersMax));
   }
   std::int64_t equal = 0;
@@ -152,8 +159,8 @@ std::vector<std::string> check_rows(const study::Study& study, const AccidentTab
   }
   if (equal == 0) return {};
   if (equal == rows) {
-    throw InputError(study.source, "replicates", fmt::format("{}", study.replicates), "members that differ by their seed alone cannot differ: " + why,
-                     "1, or a perturbation that acts");
+    throw InputError(study.source, "replicates", fmt::format("{}", study.replicates),
+                     "members that differ by their seed alone cannot differ: " + why, "1, or a perturbation that acts");
   }
   return {fmt::format("{} of {} rows have members that cannot differ, {} is the first: {}", equal, rows, first, why)};
 }
@@ -169,8 +176,12 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
   std::vector<std::size_t> missing;
   study::Progress progress;
   progress.total = static_cast<std::int64_t>(e.members.size());
-  const auto number_of = [&](std::size_t i) { return run_number(accidents.rows[i / per_row], members, static_cast<std::int64_t>(i % per_row)); };
-  const auto point_of = [&](std::size_t i) { return points[i / per_row][static_cast<std::int64_t>(i % per_row) / study.replicates]; };
+  const auto number_of = [&](std::size_t i) {
+    return run_number(accidents.rows[i / per_row], members, static_cast<std::int64_t>(i % per_row));
+  };
+  const auto point_of = [&](std::size_t i) {
+    return points[i / per_row][static_cast<std::int64_t>(i % per_row) / study.replicates];
+  };
   const auto place = [&](std::size_t i, Member m, const std::vector<std::string>& fields) {
     m.row = i / per_row;
     m.member = static_cast<std::int64_t>(i % per_row);
@@ -224,7 +235,8 @@ std::optional<InputError> wrong_scenario(const study::Study& study, const Accide
     inputs::validate(scenario_of(study.base, a));
     return {};
   } catch (const InputError& e) {
-    return InputError(fmt::format("{}:{}: scenario", accidents.path, a.line), e.key(), e.value(), e.problem(), e.allowed());
+    return InputError(fmt::format("{}:{}: scenario", accidents.path, a.line), e.key(), e.value(), e.problem(),
+                      e.allowed());
   }
 }
 
@@ -243,7 +255,8 @@ void judge(Validation& v) {
   if (!v.study.fitted_on.empty()) v.fitted = read_fitted_class(v.study.fitted_on);
   if (!v.fitted.known()) {
     v.outside.assign(table.rows.size(), "not known");
-    v.warnings.push_back("the study does not say what its base was fitted on (fitted_on): whether these rows are like it is not known");
+    v.warnings.push_back(
+        "the study does not say what its base was fitted on (fitted_on): whether these rows are like it is not known");
     return;
   }
   std::size_t count = 0;
@@ -252,16 +265,20 @@ void judge(Validation& v) {
     if (v.outside.back().empty()) continue;
     ++count;
     constexpr std::size_t kNamed = 20;
-    if (count <= kNamed) v.warnings.push_back(fmt::format("line {} is outside of the fitted class: {}", a.line, v.outside.back()));
+    if (count <= kNamed)
+      v.warnings.push_back(fmt::format("line {} is outside of the fitted class: {}", a.line, v.outside.back()));
   }
   if (count > 0) {
-    v.warnings.insert(v.warnings.begin(),
-                      fmt::format("{} of {} rows lie outside of what the base was fitted on ({}): their counts are guesses; "
-                                  "rows.csv says of each in what", count, table.rows.size(), v.fitted.title));
+    v.warnings.insert(
+        v.warnings.begin(),
+        fmt::format("{} of {} rows lie outside of what the base was fitted on ({}): their counts are guesses; "
+                    "rows.csv says of each in what",
+                    count, table.rows.size(), v.fitted.title));
   }
   for (const std::string& name : not_told(v.fitted, table)) {
-    v.warnings.push_back(fmt::format("the table does not tell {} of every row: whether it is of the fitted class ({}) is not known",
-                                     name, v.fitted.title));
+    v.warnings.push_back(
+        fmt::format("the table does not tell {} of every row: whether it is of the fitted class ({}) is not known",
+                    name, v.fitted.title));
   }
 }
 

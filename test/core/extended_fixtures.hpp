@@ -10,7 +10,8 @@
 
 namespace train_derail::test {
 
-/// All parts on as in config/variants/accident_sources.yaml, for a train of `cars` equal cars in emergency from the start.
+/// All parts on as in config/variants/accident_sources.yaml, for a train of `cars` equal cars in emergency from the
+/// start.
 inline inputs::Scenario accident(int cars, double mph = 37.0) {
   using namespace inputs;
   Scenario s;
@@ -103,14 +104,15 @@ class Train final : private solver::SteppedSystem {
   }
   model::EnergyLedger energy() const { return model_.energy(data()); }
   model::Momentum momentum() const { return model_.momentum(data()); }
-  /// Accelerations of a car in the state at time(), by the positions' second difference over one more step of the model.
+  /// Accelerations of a car in the state at time(), by the positions' second difference over one more step of the
+  /// model.
   CarMotion rates_over_a_step(Eigen::Index k) {
     const CarMotion a = car(k);
     const double t = time();
     step();
     const CarMotion b = car(k);
     const double h = time() - t;
-    return {(b.x - a.x) / h, (b.y - a.y) / h, (b.theta - a.theta) / h,
+    return {(b.x - a.x) / h,   (b.y - a.y) / h,   (b.theta - a.theta) / h,
             (b.vx - a.vx) / h, (b.vy - a.vy) / h, (b.omega - a.omega) / h};
   }
 

@@ -17,10 +17,16 @@
 // What GoogleTest writes for these values, in messages and in names of tests.
 namespace train_derail::inputs {
 inline void PrintTo(Method m, std::ostream* out) {
-  *out << (m == Method::cash_karp ? "cash_karp" : m == Method::dormand_prince ? "dormand_prince" : m == Method::bdf ? "bdf" : "semi_implicit");
+  *out << (m == Method::cash_karp        ? "cash_karp"
+           : m == Method::dormand_prince ? "dormand_prince"
+           : m == Method::bdf            ? "bdf"
+                                         : "semi_implicit");
 }
 inline void PrintTo(OnTrackLaw law, std::ostream* out) {
-  *out << (law == OnTrackLaw::isotropic ? "isotropic" : law == OnTrackLaw::along_track ? "along_track" : law == OnTrackLaw::guided ? "guided" : "rails");
+  *out << (law == OnTrackLaw::isotropic     ? "isotropic"
+           : law == OnTrackLaw::along_track ? "along_track"
+           : law == OnTrackLaw::guided      ? "guided"
+                                            : "rails");
 }
 }  // namespace train_derail::inputs
 

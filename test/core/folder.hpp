@@ -28,7 +28,9 @@ class Folder : public ::testing::Test {
   ~Folder() override { std::filesystem::remove_all(folder_); }
 
   std::string at(const std::string& name) const { return (folder_ / name).string(); }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name, std::ios::binary) << text; }
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
 
   std::filesystem::path folder_;
 };

@@ -58,9 +58,11 @@ class StudyFolder : public Folder {
     }
     return "no error";
   }
-  study::RunReport run(const study::Study& s, const std::string& out, int jobs, bool resume = false, study::Shard shard = {}) {
+  study::RunReport run(const study::Study& s, const std::string& out, int jobs, bool resume = false,
+                       study::Shard shard = {}) {
     const std::atomic<bool> stop{false};
-    return study::run_study(s, {path(out), jobs, resume, shard}, [](const study::Progress&) {}, stop);
+    return study::run_study(
+        s, {path(out), jobs, resume, shard}, [](const study::Progress&) {}, stop);
   }
   std::string runs_csv(const study::Study& s, const std::string& out) {
     study::write_runs(path(out), s);
@@ -68,7 +70,8 @@ class StudyFolder : public Folder {
   }
   std::set<std::string> files_in(const std::string& out) const {
     std::set<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_ / out)) names.insert(entry.path().filename().string());
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / out))
+      names.insert(entry.path().filename().string());
     return names;
   }
   /// The program itself, in the folder.

@@ -134,7 +134,8 @@ TEST(BrakeWave, NeverStartsWithoutACause) {
   EXPECT_DOUBLE_EQ(train.car(2).vx, 20.0);
 }
 
-/// Speed and way of a car with rolling resistance r and brakes B (over weight): coasts for t_0, then builds up over t_b.
+/// Speed and way of a car with rolling resistance r and brakes B (over weight): coasts for t_0, then builds up over
+/// t_b.
 struct Stop {
   double r, b, t_0, t_b, v_0;
 

@@ -27,7 +27,8 @@ TEST_F(Cli, JsonHoldsTheOutcomeOfTheSameRun) {
   const Result r = derail("run " + kBaseline + kShort + " --json - --quiet", false);
   ASSERT_EQ(r.code, 0) << r.out;
   const auto j = nlohmann::json::parse(r.out);
-  simulation::Simulation s(inputs::read_scenario_file(kBaseline, {{"consist[0].count", "5"}, {"stop.time_max", "1 s"}}));
+  simulation::Simulation s(
+      inputs::read_scenario_file(kBaseline, {{"consist[0].count", "5"}, {"stop.time_max", "1 s"}}));
   s.run();
   const outcome::Outcome o = s.outcome();
   EXPECT_EQ(j.at("cars_past_pod"), o.cars_past_pod);

@@ -39,7 +39,9 @@ class CliFiles : public test::Cli {
     Cli::SetUp();
     fs::copy_file(kBaseline, at("train.yaml"));
   }
-  void put(const std::string& name, const std::string& text) const { std::ofstream(at(name), std::ios::binary) << text; }
+  void put(const std::string& name, const std::string& text) const {
+    std::ofstream(at(name), std::ios::binary) << text;
+  }
   std::ptrdiff_t count() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
 };
 
@@ -130,7 +132,8 @@ TEST_F(CliFiles, StandardOutputIsAFileLikeOthers) {
 TEST_F(CliFiles, AFullDeviceIsToldByEveryCommand) {
   for (const std::string& command :
        {std::string("--version"), std::string("--help"), std::string("keys"), std::string("run --help"),
-        "check " + at("train.yaml"), "run " + at("train.yaml") + kShort, "run " + at("train.yaml") + kShort + " --json -"}) {
+        "check " + at("train.yaml"), "run " + at("train.yaml") + kShort,
+        "run " + at("train.yaml") + kShort + " --json -"}) {
     for (const char* where : {" > /dev/full", " >&-"}) {
       const Result r = derail(command + where, false);
       EXPECT_EQ(r.code, 1) << command << where;
@@ -150,7 +153,8 @@ TEST_F(CliFiles, WrongFilesAreToldByName) {
   put("sim.launch", "<launch>\n</launch>");
   ASSERT_EQ(mkfifo(at("pipe").c_str(), 0600), 0);
   fs::create_directory(at("folder"));
-  const std::string outputs = " --csv " + at("states.csv") + " --incidents " + at("incidents.csv") + " --json " + at("outcome.json");
+  const std::string outputs =
+      " --csv " + at("states.csv") + " --incidents " + at("incidents.csv") + " --json " + at("outcome.json");
   ASSERT_EQ(derail("run " + at("train.yaml") + kShort + outputs).code, 0);
   put("huge.csv", "a,b,c\n" + std::string(2000000, 'x'));
   const std::ptrdiff_t files = count();
@@ -177,7 +181,8 @@ TEST_F(CliFiles, WrongFilesAreToldByName) {
       {"study " + at("train.yaml"), "is a scenario (derail run takes it); allowed: a study"},
       {"study " + at("states.csv"), "allowed: a study"},
       {"merge " + at("train.yaml"), "is a scenario"},
-      {"merge " + kStudy + " " + at("folder"), "is a folder without results; allowed: a folder with the results of derail study"},
+      {"merge " + kStudy + " " + at("folder"),
+       "is a folder without results; allowed: a folder with the results of derail study"},
       {"merge " + kStudy + " " + at("none"), "does not exist"},
       {"report " + at("folder"), "is a folder without results"},
       {"report " + at("none"), "does not exist"},
@@ -185,8 +190,10 @@ TEST_F(CliFiles, WrongFilesAreToldByName) {
       {"report -", "is standard input"},
       {"validate " + at("train.yaml") + study, "is a scenario (derail run takes it); allowed: a table of accidents"},
       {"validate " + at("folder") + study, "is a folder"},
-      {"validate " + kAccidents + " --study " + at("train.yaml"), "is a scenario (derail run takes it); allowed: a study"},
-      {"fly " + at("train.yaml"), "'fly' is no command; commands: run, check, keys, study, merge, report, validate, verify"},
+      {"validate " + kAccidents + " --study " + at("train.yaml"),
+       "is a scenario (derail run takes it); allowed: a study"},
+      {"fly " + at("train.yaml"),
+       "'fly' is no command; commands: run, check, keys, study, merge, report, validate, verify"},
       {"run " + at("train.yaml") + " --fast", "--fast"},
       {"", "subcommand is required"}};
   for (const auto& [command, said] : wrong) {
@@ -234,8 +241,9 @@ TEST_F(CliFiles, InterruptedARunIsWrittenAsFarAsItCame) {
     const std::string pipe = at("states"), json = at("o.json"), incidents = at("i.csv");
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-    Running run({"run", kBaseline, "--set", "output.interval=1 ms", "--csv", pipe, "--json", json, "--incidents", incidents},
-                      at("errors"));
+    Running run(
+        {"run", kBaseline, "--set", "output.interval=1 ms", "--csv", pipe, "--json", json, "--incidents", incidents},
+        at("errors"));
     pollfd ready{reader, POLLIN, 0};
     ASSERT_EQ(poll(&ready, 1, 60000), 1);
     run.signal(number);
@@ -253,7 +261,8 @@ TEST_F(CliFiles, InterruptedARunIsWrittenAsFarAsItCame) {
     EXPECT_EQ(j.at("message"), "interrupted");
     EXPECT_NE(j.at("warnings").back().get<std::string>().find("interrupted at "), std::string::npos);
     EXPECT_EQ(content(incidents).substr(0, 7), "time_s,");
-    EXPECT_NE(content(at("errors")).find("written up to there: " + pipe + ", " + incidents + ", " + json), std::string::npos)
+    EXPECT_NE(content(at("errors")).find("written up to there: " + pipe + ", " + incidents + ", " + json),
+              std::string::npos)
         << content(at("errors"));
     for (const std::string& name : {pipe, json, incidents}) fs::remove(name);
   }

@@ -37,7 +37,7 @@ TEST(ContactLaw, YieldsAtTheCrushForce) {
   EXPECT_NEAR(crushed, 0.2 - 0.075, 1e-12);
   EXPECT_NEAR(model::contact_force(c, 0.2, -1.0, crushed), 0.25 * 3e6, 1e-6);
   EXPECT_NEAR(model::contact_force(c, 0.15, -1.0, crushed), 0.25 * 4e7 * 0.025, 1e-6);
-  EXPECT_EQ(model::contact_force(c, 0.12, -1.0, crushed), 0.0);  // what has yielded does not push
+  EXPECT_EQ(model::contact_force(c, 0.12, -1.0, crushed), 0.0);         // what has yielded does not push
   EXPECT_NEAR(model::contact_force(c, 0.15, 1.0, crushed), 1e6, 1e-6);  // hit again
   EXPECT_NEAR(crushed, 0.125, 1e-12);
 }
@@ -96,7 +96,8 @@ TEST_P(Restitution, IsWhatACentralHitReturns) {
       EXPECT_NEAR(hit.peak_force / top, 1.0, 30.0 * *s.solver.fixed_step);
       EXPECT_NEAR(train.incidents().overlap_max * s.contact.stiffness / top, 1.0, 30.0 * *s.solver.fixed_step);
       // And the energy that it does not return.
-      EXPECT_NEAR(train.energy().work_impact_normal, 0.25 * mass * (closing * closing - parting * parting), 1e-8 * mass * closing * closing);
+      EXPECT_NEAR(train.energy().work_impact_normal, 0.25 * mass * (closing * closing - parting * parting),
+                  1e-8 * mass * closing * closing);
       EXPECT_EQ(train.energy().work_impact_friction, 0.0);
     }
   }
@@ -148,7 +149,8 @@ Swipe swipe(double friction, double along, double closing, double step) {
   inputs::Scenario s = bodies(step);
   s.contact.friction = friction;
   s.ground.regularization_speed = 1e-3;
-  Train train(s, {CarMotion{100.0, 0.0, 0.0, 0.0, 0.0, 0.0}, CarMotion{100.0, -kWidth - 1e-3, 0.0, along, closing, 0.0}});
+  Train train(s,
+              {CarMotion{100.0, 0.0, 0.0, 0.0, 0.0, 0.0}, CarMotion{100.0, -kWidth - 1e-3, 0.0, along, closing, 0.0}});
   train.to(1.5);
   const double mass = train.model().cars()[0].mass;
   EXPECT_NEAR(train.incidents().impacts.at(0).impulse / (mass * train.car(0).vy), 1.0, 0.05);
@@ -207,8 +209,9 @@ TEST(Contact, EachFaceIsNamed) {
 
 TEST(Contact, OffCentreHitTurnsBothCarsAndKeepsTheMomenta) {
   for (const double side : {1.0, -1.0}) {
-    Train train(bodies(1e-3), {CarMotion{100.0, 0.0, 0.0, 0.0, 0.0, 0.0},
-                               CarMotion{95.0, side * (0.5 * (kLength + kWidth) + 0.01), side * -0.5 * test::kPi, 0.0, side * -3.0, 0.0}});
+    Train train(bodies(1e-3),
+                {CarMotion{100.0, 0.0, 0.0, 0.0, 0.0, 0.0}, CarMotion{95.0, side * (0.5 * (kLength + kWidth) + 0.01),
+                                                                      side * -0.5 * test::kPi, 0.0, side * -3.0, 0.0}});
     const model::Momentum before = train.momentum();
     train.to(2.0);
     const model::Momentum after = train.momentum();
@@ -221,13 +224,19 @@ TEST(Contact, OffCentreHitTurnsBothCarsAndKeepsTheMomenta) {
 }
 
 TEST(Contact, AllPairsAreSeen) {
-  // A hundred cars abreast in shuffled order, thrown together: the last is as far from the first in the train as it can be.
+  // A hundred cars abreast in shuffled order, thrown together: the last is as far from the first in the train as it can
+  // be.
   const int n = 30;
   inputs::Scenario s = bodies(1e-3, n);
   std::vector<CarMotion> cars(static_cast<std::size_t>(n));
   for (int k = 0; k < n; ++k) {
     const int place = (k * 7) % n;  // 7 and 30 have no common divisor
-    cars[static_cast<std::size_t>(k)] = {200.0 + place * (kWidth + 0.05), 3.0 * std::sin(place), 0.5 * test::kPi, -2.0 * (place - 0.5 * n) / n, 0.0, 0.0};
+    cars[static_cast<std::size_t>(k)] = {200.0 + place * (kWidth + 0.05),
+                                         3.0 * std::sin(place),
+                                         0.5 * test::kPi,
+                                         -2.0 * (place - 0.5 * n) / n,
+                                         0.0,
+                                         0.0};
   }
   Train train(s, cars);
   const model::Momentum p = train.momentum();

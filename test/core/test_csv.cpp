@@ -39,12 +39,8 @@ class CsvTest : public test::Folder {
 
 TEST_F(CsvTest, WhatIsWrittenIsReadBack) {
   const std::vector<std::vector<std::string>> rows{
-      {"a", "b", "c"},
-      {"hopper, steel", "say \"hi\"", ""},
-      {"two\nlines", "\r\n", " blanks "},
-      {"", "", ""},
-      {"\"", ",", "Z\xC3\xBCrich \xF0\x9F\x9A\x82"},
-      {"#", "'", ";"}};
+      {"a", "b", "c"}, {"hopper, steel", "say \"hi\"", ""},           {"two\nlines", "\r\n", " blanks "},
+      {"", "", ""},    {"\"", ",", "Z\xC3\xBCrich \xF0\x9F\x9A\x82"}, {"#", "'", ";"}};
   std::string text;
   for (const auto& row : rows) text += files::csv_row(row) + "\n";
   write(text);
@@ -109,8 +105,10 @@ TEST_F(CsvTest, OnlyPlainFiles) {
 }
 
 TEST(Utf8, WhatUnicodeForbids) {
-  for (const char* good : {"", "a", "\xC3\xBC", "\xED\x9F\xBF", "\xEE\x80\x80", "\xF4\x8F\xBF\xBF"}) EXPECT_TRUE(files::is_utf8(good)) << good;
-  for (const char* bad : {"\x80", "\xC0\x80", "\xC3", "\xE0\x80\x80", "\xED\xA0\x80", "\xF0\x80\x80\x80", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "a\xFF"}) {
+  for (const char* good : {"", "a", "\xC3\xBC", "\xED\x9F\xBF", "\xEE\x80\x80", "\xF4\x8F\xBF\xBF"})
+    EXPECT_TRUE(files::is_utf8(good)) << good;
+  for (const char* bad : {"\x80", "\xC0\x80", "\xC3", "\xE0\x80\x80", "\xED\xA0\x80", "\xF0\x80\x80\x80",
+                          "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "a\xFF"}) {
     EXPECT_FALSE(files::is_utf8(bad)) << bad;
   }
   EXPECT_FALSE(files::is_utf8(std::string_view("a\0b", 3)));
@@ -118,7 +116,9 @@ TEST(Utf8, WhatUnicodeForbids) {
 
 TEST(Printable, WhatATerminalCannotShow) {
   EXPECT_EQ(files::printable("Z\xC3\xBCrich"), "Z\xC3\xBCrich");
-  EXPECT_EQ(files::printable("a\x1b[2Jb\nc\xC2\x9b" "d\xFF\x7f"), "a\\x1b[2Jb\\nc\\u009bd\\xff\\x7f");
+  EXPECT_EQ(files::printable("a\x1b[2Jb\nc\xC2\x9b"
+                             "d\xFF\x7f"),
+            "a\\x1b[2Jb\\nc\\u009bd\\xff\\x7f");
   EXPECT_EQ(files::printable(std::string(300, 'x'), files::kShownMax), std::string(200, 'x') + "...");
   EXPECT_EQ(files::printable("\xC3\xBC\xC3\xBC", 1), "\xC3\xBC...") << "not in the middle of a character";
 }

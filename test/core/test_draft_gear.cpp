@@ -24,7 +24,8 @@ inputs::Coupler gear() {
 /// Buff force `excess` beyond the slack; as large in draft.
 double gear_force(const inputs::Coupler& c, double excess) {
   const double buff = model::coupler_spring_force<double>(c, c.length - 0.5 * c.slack - excess);
-  EXPECT_NEAR(model::coupler_spring_force<double>(c, c.length + 0.5 * c.slack + excess), -buff, 1e-7 * c.stiffness * 1e-3);
+  EXPECT_NEAR(model::coupler_spring_force<double>(c, c.length + 0.5 * c.slack + excess), -buff,
+              1e-7 * c.stiffness * 1e-3);
   return buff;
 }
 
@@ -113,8 +114,8 @@ TEST_P(Meeting, LoadsTheGearToTheEnergyThatItBrings) {
     train.to(t += 2e-3);
   } while (t < 2.0 && (train.incidents().buff.force + train.incidents().draft.force == 0.0 ||
                        train.model().coupler(train.data(), 0).axial != 0.0));
-  const model::Peak &loaded = closing > 0.0 ? train.incidents().buff : train.incidents().draft;
-  const model::Peak &idle = closing > 0.0 ? train.incidents().draft : train.incidents().buff;
+  const model::Peak& loaded = closing > 0.0 ? train.incidents().buff : train.incidents().draft;
+  const model::Peak& idle = closing > 0.0 ? train.incidents().draft : train.incidents().buff;
   double low = 0.0, high = 2.0;  // depth at which the gear has taken the energy
   for (int i = 0; i < 100; ++i) {
     (model::draft_gear_energy(s.coupler, 0.5 * (low + high)) < energy ? low : high) = 0.5 * (low + high);
@@ -134,7 +135,8 @@ TEST_P(Meeting, OfDampedCarsFollowsTheOscillator) {
   inputs::Scenario s = two_cars(2e-5);
   s.coupler.draft_gear_travel = 10.0;
   s.coupler.damping_ratio = 0.2;
-  const double z = 0.2, w = std::sqrt(s.coupler.draft_gear_stiffness / reduced_mass(s)), wd = w * std::sqrt(1.0 - z * z);
+  const double z = 0.2, w = std::sqrt(s.coupler.draft_gear_stiffness / reduced_mass(s)),
+               wd = w * std::sqrt(1.0 - z * z);
   const double free_at = (test::kPi + std::atan(wd * 2.0 * z / (w * (2.0 * z * z - 1.0)))) / wd;
   const auto x = [&](double t) { return std::exp(-z * w * t) * std::sin(wd * t) * std::abs(closing) / wd; };
   const auto rate = [&](double t) {
@@ -156,7 +158,8 @@ TEST_P(Meeting, OfDampedCarsFollowsTheOscillator) {
     train.to(t += 1e-3);  // until they are free, not on to the other end of the slack
   }
   // From there on nothing acts.
-  EXPECT_NEAR(train.car(0).vx - train.car(1).vx, -std::copysign(1.0, closing) * rate(free_at), 2e-3 * std::abs(closing));
+  EXPECT_NEAR(train.car(0).vx - train.car(1).vx, -std::copysign(1.0, closing) * rate(free_at),
+              2e-3 * std::abs(closing));
   const double left = 0.5 * reduced_mass(s) * (closing * closing - rate(free_at) * rate(free_at));
   EXPECT_NEAR(train.energy().work_coupler_damping / left, 1.0, 2e-3);
 }
@@ -224,7 +227,8 @@ TEST(BreakingCoupler, BreaksByItsSwingAtEitherEnd) {
       double swing = 0.0, before = 0.0;
       while (train.time() < 3.0) {
         before = swing;
-        const Eigen::Vector2d d = train.model().rear_pin(train.data(), 0).position - train.model().front_pin(train.data(), 1).position;
+        const Eigen::Vector2d d =
+            train.model().rear_pin(train.data(), 0).position - train.model().front_pin(train.data(), 1).position;
         const double beta = std::atan2(d.y(), d.x());
         swing = std::max(std::abs(beta - train.car(0).theta), std::abs(beta - train.car(1).theta));
         if (!train.incidents().broken.empty()) break;

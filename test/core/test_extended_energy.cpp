@@ -1,5 +1,5 @@
-// Whole accidents: where the energy goes, that bodies do not pass through each other, that runs repeat, and that the step does
-// not matter for what is counted.
+// Whole accidents: where the energy goes, that bodies do not pass through each other, that runs repeat, and that the
+// step does not matter for what is counted.
 #include <algorithm>
 #include <regex>
 #include <string>
@@ -27,7 +27,9 @@ TEST(Accident, OfTheTestsIsTheOneFromSources) {
   mine.brakes.emergency_time = s.brakes.emergency_time;
   mine.initial.cars_ahead = s.initial.cars_ahead;
   const std::regex last_digits("(\\.[0-9]{4})[0-9]+");  // differ with the order of conversion
-  const auto rounded = [&](const inputs::Scenario& x) { return std::regex_replace(inputs::to_yaml(x), last_digits, "$1"); };
+  const auto rounded = [&](const inputs::Scenario& x) {
+    return std::regex_replace(inputs::to_yaml(x), last_digits, "$1");
+  };
   EXPECT_EQ(rounded(mine), rounded(s));
 }
 

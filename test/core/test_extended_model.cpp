@@ -43,7 +43,8 @@ TEST(Momentum, IsKeptByCouplersAndBodies) {
       Train train(s, crumpled(s, seed));
       const model::Momentum before = train.momentum();
       double scale = 0.0;  // sum of magnitudes
-      for (Eigen::Index k = 0; k < 12; ++k) scale += train.model().cars()[0].mass * std::hypot(train.car(k).vx, train.car(k).vy);
+      for (Eigen::Index k = 0; k < 12; ++k)
+        scale += train.model().cars()[0].mass * std::hypot(train.car(k).vx, train.car(k).vy);
       for (int i = 1; i <= 5; ++i) {
         train.to(i);
         const model::Momentum after = train.momentum();
@@ -90,8 +91,8 @@ class OnACurve : public testing::TestWithParam<double> {
     s.track.curves = {{-500.0, 300.0, GetParam()}};
     return s;
   }
-  /// Cars in line on the straight before the arc, the first one's centre `ahead` before it. The arc turns by 300 m / R up to
-  /// the heading 0 at (-200, 0).
+  /// Cars in line on the straight before the arc, the first one's centre `ahead` before it. The arc turns by 300 m / R
+  /// up to the heading 0 at (-200, 0).
   static std::vector<CarMotion> before_the_arc(int cars, double ahead, double speed) {
     const double heading = -300.0 * GetParam(), radius = 1.0 / GetParam();
     const Eigen::Vector2d start(-200.0 - radius * std::sin(-heading), radius * (1.0 - std::cos(heading)));
@@ -109,13 +110,15 @@ TEST_P(OnACurve, ATrainFollowsTheTrackAtItsSpeed) {
   inputs::Scenario s = scenario(8);
   s.coupler = test::accident(8).coupler;
   Train train(s, before_the_arc(8, 20.0, 15.0));
-  const double energy = train.energy().kinetic(), deflection = train.model().cars()[0].mass * 225.0 * GetParam() / (2.0 * s.rails.stiffness);
+  const double energy = train.energy().kinetic(),
+               deflection = train.model().cars()[0].mass * 225.0 * GetParam() / (2.0 * s.rails.stiffness);
   bool in_the_arc = false;
   for (int i = 1; i <= 33; ++i) {
     train.to(i);
     for (Eigen::Index k = 0; k < 8; ++k) {
       EXPECT_NEAR(std::hypot(train.car(k).vx, train.car(k).vy), 15.0, 0.05);
-      for (const auto& truck : {train.model().front_truck(train.data(), k), train.model().rear_truck(train.data(), k)}) {
+      for (const auto& truck :
+           {train.model().front_truck(train.data(), k), train.model().rear_truck(train.data(), k)}) {
         EXPECT_LT(std::abs(train.model().track_place(k, truck.position).offset), 3.0 * std::abs(deflection) + 1e-3);
       }
     }
@@ -141,8 +144,10 @@ TEST_P(OnACurve, TheRailsPushWithTheCentripetalForce) {
   const int samples = 1000;
   for (int i = 0; i < samples; ++i) {
     train.to(4.0 + 0.01 * i);
-    offset += 0.5 * (train.model().track_place(0, train.model().front_truck(train.data(), 0).position).offset +
-                     train.model().track_place(0, train.model().rear_truck(train.data(), 0).position).offset) / samples;
+    offset += 0.5 *
+              (train.model().track_place(0, train.model().front_truck(train.data(), 0).position).offset +
+               train.model().track_place(0, train.model().rear_truck(train.data(), 0).position).offset) /
+              samples;
   }
   const double expected = -train.model().cars()[0].mass * 400.0 * GetParam() / (2.0 * s.rails.stiffness);
   EXPECT_NEAR(offset / expected, 1.0, 0.05);
@@ -176,7 +181,8 @@ TEST(HorseshoeCurve, HoldsATrainThatIsLongerThanItsDiameter) {
   s.track.curves = {{-800.0, 720.0, 1.0 / 186.0}};
   Train train(s);
   for (Eigen::Index k = 0; k < 50; ++k) {
-    EXPECT_LT(std::abs(train.model().track_place(k, train.model().rear_truck(train.data(), k).position).offset), 2e-3) << k;
+    EXPECT_LT(std::abs(train.model().track_place(k, train.model().rear_truck(train.data(), k).position).offset), 2e-3)
+        << k;
   }
   train.to(2.0);
   for (const model::Derailment& d : train.incidents().derailments) EXPECT_EQ(d.car, 0);

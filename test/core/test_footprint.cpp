@@ -37,7 +37,8 @@ double overlap(const Footprint& a, const Footprint& b, const Vec& n) {
 }
 
 double least_overlap(const Footprint& a, const Footprint& b) {
-  return std::min(std::min(overlap(a, b, a.axis), overlap(a, b, a.side())), std::min(overlap(a, b, b.axis), overlap(a, b, b.side())));
+  return std::min(std::min(overlap(a, b, a.axis), overlap(a, b, a.side())),
+                  std::min(overlap(a, b, b.axis), overlap(a, b, b.side())));
 }
 
 /// Polygon that both share (Sutherland and Hodgman).

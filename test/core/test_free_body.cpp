@@ -2,8 +2,8 @@
 // products, not from equations (10) to (12), and compared with the model at random states. Each erratum has a case too.
 #include <string>
 
-#include <Eigen/LU>
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 
 #include "fixtures.hpp"
 

@@ -26,9 +26,9 @@ TEST(SlipFriction, RunsFromInLineToBroadside) {
   EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 0.0, 0.0), 0.2);
   EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 4.0, 0.0), 0.8);
   EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 10.0, 0.0), 0.8);
-  EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 2.0, 0.0), 0.5);         // smoothstep(1/2) = 1/2
+  EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 2.0, 0.0), 0.5);  // smoothstep(1/2) = 1/2
   EXPECT_DOUBLE_EQ(model::slip_friction(g, 100.0, 1.0, 0.0), 0.2 + 0.6 * (3.0 / 16.0 - 2.0 / 64.0));
-  EXPECT_DOUBLE_EQ(model::slip_friction(g, 0.0, 0.0, 0.0), 0.2);           // at rest
+  EXPECT_DOUBLE_EQ(model::slip_friction(g, 0.0, 0.0, 0.0), 0.2);  // at rest
   double before = 0.0;
   for (double across = 0.0; across <= 10.0; across += 0.05) {
     const double mu = model::slip_friction(g, 100.0, across, 0.0);
@@ -82,8 +82,9 @@ TEST(SlidingCar, InLineOnTheBedSlowsWithTheSmallCoefficient) {
 }
 
 TEST(SlidingCar, BroadsideOrFarSlowsWithTheLargeOne) {
-  for (const auto& start : {CarMotion{50.0, 0.0, 0.5 * test::kPi, 20.0, 0.0, 0.0}, CarMotion{50.0, -9.0, 0.0, 20.0, 0.0, 0.0},
-                            CarMotion{50.0, 9.0, test::kPi, 20.0, 0.0, 0.0}}) {
+  for (const auto& start :
+       {CarMotion{50.0, 0.0, 0.5 * test::kPi, 20.0, 0.0, 0.0}, CarMotion{50.0, -9.0, 0.0, 20.0, 0.0, 0.0},
+        CarMotion{50.0, 9.0, test::kPi, 20.0, 0.0, 0.0}}) {
     Train train(sliding(), {start});
     train.to(2.0);
     EXPECT_NEAR(train.car(0).vx, 20.0 - 2.0 * 0.8 * inputs::kStandardGravity, 1e-9);

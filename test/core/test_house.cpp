@@ -12,8 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kFloors{"files", "inputs", "model", "solver", "outcome", "simulation", "multibody",
-                                       "study", "validation", "ros"};
+const std::vector<std::string> kFloors{"files",      "inputs",    "model", "solver",     "outcome",
+                                       "simulation", "multibody", "study", "validation", "ros"};
 
 std::size_t floor_of(const std::string& name) {
   return static_cast<std::size_t>(std::find(kFloors.begin(), kFloors.end(), name) - kFloors.begin());
@@ -22,8 +22,9 @@ std::size_t floor_of(const std::string& name) {
 TEST(House, FloorsIncludeOnlyWhatStandsLeft) {
   const fs::path root = TRAIN_DERAIL_SOURCE_DIR;
   const std::regex include("^\\s*#include [<\"]([^>\"]+)[>\"]");
-  const std::regex ros_header("^(ros|rosbag|rosgraph_msgs|std_msgs|std_srvs|geometry_msgs|visualization_msgs|tf2.*|rviz|"
-                              "diagnostic_.*|actionlib.*|XmlRpc.*)/.*|XmlRpc.*");
+  const std::regex ros_header(
+      "^(ros|rosbag|rosgraph_msgs|std_msgs|std_srvs|geometry_msgs|visualization_msgs|tf2.*|rviz|"
+      "diagnostic_.*|actionlib.*|XmlRpc.*)/.*|XmlRpc.*");
   const std::regex own("^train_derail/([a-z]+)/.*");
   int seen = 0;
   for (const char* tree : {"include/train_derail", "src"}) {

@@ -51,8 +51,9 @@ TEST(Units, ConvertExactly) {
 // In parentheses they are looked up in the database of UDUNITS.
 TEST(Units, CommonOnesAreThoseOfTheDatabase) {
   const std::pair<const char*, const char*> units[] = {
-      {"ft", "m"},       {"ft/s", "m/s"}, {"mph", "m/s"}, {"kip", "N"},    {"lbf/ft", "N/m"}, {"lbf ft", "N m"},
-      {"lbf ft/rad", "N m/rad"}, {"deg", "rad"},  {"m", "m"},     {"m/s", "m/s"}, {"s", "s"},        {"rad/s", "rad/s"}};
+      {"ft", "m"},       {"ft/s", "m/s"},           {"mph", "m/s"}, {"kip", "N"}, {"lbf/ft", "N/m"},
+      {"lbf ft", "N m"}, {"lbf ft/rad", "N m/rad"}, {"deg", "rad"}, {"m", "m"},   {"m/s", "m/s"},
+      {"s", "s"},        {"rad/s", "rad/s"}};
   for (const auto& [unit, si] : units) {
     const std::string looked_up = "(" + std::string(unit) + ")";
     EXPECT_DOUBLE_EQ(inputs::to_si("3.7 " + std::string(unit), si), inputs::to_si("3.7 " + looked_up, si)) << unit;
@@ -94,14 +95,17 @@ TEST(Inputs, BaselineSpellsOutEveryDefault) {
   for (auto& block : bare.consist) block.truck_spacing_factor = block.yaw_inertia_factor = std::nullopt;
   // The last digits differ with the order of conversion.
   const std::regex last_digits("(\\.[0-9]{4})[0-9]+");
-  const auto rounded = [&](const inputs::Scenario& x) { return std::regex_replace(inputs::to_yaml(x), last_digits, "$1"); };
+  const auto rounded = [&](const inputs::Scenario& x) {
+    return std::regex_replace(inputs::to_yaml(x), last_digits, "$1");
+  };
   EXPECT_EQ(rounded(bare), rounded(s));
 }
 
 TEST(Inputs, ShippedFilesShowEveryKey) {
   std::string text;  // the paper's keys stand in the first, those of the parts beyond it in the others
-  for (const std::string& path : {std::string(kBaseline), std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/accident.yaml",
-                                  std::string(TRAIN_DERAIL_SOURCE_DIR) + "/docs/accident_model.md"}) {
+  for (const std::string& path :
+       {std::string(kBaseline), std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/accident.yaml",
+        std::string(TRAIN_DERAIL_SOURCE_DIR) + "/docs/accident_model.md"}) {
     std::ifstream file(path);
     ASSERT_TRUE(file) << path;
     text.append((std::istreambuf_iterator<char>(file)), {});
@@ -196,7 +200,8 @@ TEST(Inputs, AScenarioMadeInCodeIsChecked) {
 }
 
 TEST(Inputs, UnreadableFileIsNamed) {
-  EXPECT_EQ(message_of([] { inputs::read_scenario_file("no/such/file.yaml"); }), "no/such/file.yaml: cannot be read: No such file or directory");
+  EXPECT_EQ(message_of([] { inputs::read_scenario_file("no/such/file.yaml"); }),
+            "no/such/file.yaml: cannot be read: No such file or directory");
   EXPECT_EQ(message_of([] { inputs::read_scenario_file("/tmp"); }), "/tmp: cannot be read: a folder; allowed: a file");
 }
 

@@ -7,10 +7,10 @@
 #include <map>
 #include <thread>
 
+#include <fmt/format.h>
 #include <boost/crc.hpp>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
-#include <fmt/format.h>
 
 #include "study_fixtures.hpp"
 
@@ -60,11 +60,15 @@ TEST_F(JournalTest, OfAThousandCorruptionsNoneIsBelievedAndNoGoodLineIsLost) {
   const study::JournalFormat format = study::journal_format(s);
   const std::string good = text_of(journal());
   std::map<std::int64_t, std::vector<std::string>> rows;
-  { study::Journal(path("out"), format, {}, true, [&](const study::JournalRow& r) { rows[r.run] = r.fields; }); }
+  {
+    study::Journal(path("out"), format, {}, true, [&](const study::JournalRow& r) { rows[r.run] = r.fields; });
+  }
   ASSERT_EQ(rows.size(), 30U);
 
   boost::random::mt19937_64 generator(2026);
-  const auto any = [&](std::size_t below) { return boost::random::uniform_int_distribution<std::size_t>(0, below - 1)(generator); };
+  const auto any = [&](std::size_t below) {
+    return boost::random::uniform_int_distribution<std::size_t>(0, below - 1)(generator);
+  };
   int refused = 0, named = 0;
   for (int i = 0; i < 1000; ++i) {
     std::string text = good;
@@ -79,8 +83,14 @@ TEST_F(JournalTest, OfAThousandCorruptionsNoneIsBelievedAndNoGoodLineIsLost) {
       case 4: std::swap(text[at], text[other]); break;
       case 5: text[at] = "0123456789,\"\n-."[any(15)]; break;
       case 6: text.resize(at); break;
-      case 7: lines[1 + any(30)] = lines[1 + any(30)]; whole_lines = true; break;
-      case 8: std::swap(lines[any(31)], lines[any(31)]); whole_lines = true; break;
+      case 7:
+        lines[1 + any(30)] = lines[1 + any(30)];
+        whole_lines = true;
+        break;
+      case 8:
+        std::swap(lines[any(31)], lines[any(31)]);
+        whole_lines = true;
+        break;
     }
     if (whole_lines) {
       text.clear();
@@ -89,7 +99,8 @@ TEST_F(JournalTest, OfAThousandCorruptionsNoneIsBelievedAndNoGoodLineIsLost) {
     std::ofstream(journal(), std::ios::binary) << text;
     std::map<std::int64_t, std::vector<std::string>> now;
     try {
-      const study::Journal opened(path("out"), format, {}, true, [&](const study::JournalRow& r) { now[r.run] = r.fields; });
+      const study::Journal opened(path("out"), format, {}, true,
+                                  [&](const study::JournalRow& r) { now[r.run] = r.fields; });
       named += opened.problems().empty() ? 0 : 1;
     } catch (const inputs::InputError&) {
       ++refused;
@@ -99,7 +110,8 @@ TEST_F(JournalTest, OfAThousandCorruptionsNoneIsBelievedAndNoGoodLineIsLost) {
     std::size_t intact = 0;
     const std::vector<std::string> originals = lines_of(good);
     const std::vector<std::string> there = lines_of(text.substr(0, text.rfind('\n') + 1));
-    for (std::size_t k = 1; k < originals.size(); ++k) intact += std::count(there.begin(), there.end(), originals[k]) > 0 ? 1 : 0;
+    for (std::size_t k = 1; k < originals.size(); ++k)
+      intact += std::count(there.begin(), there.end(), originals[k]) > 0 ? 1 : 0;
     EXPECT_EQ(now.size(), intact) << "corruption " << i;
   }
   EXPECT_EQ(refused, 0) << "with so many good lines the rest is clear";
@@ -111,7 +123,8 @@ TEST_F(JournalTest, ABadLineIsNamedAndComputedAnew) {
   run(s, "out", 2);
   const std::string runs = runs_csv(s, "out");
   rewrite([](std::vector<std::string>& lines) {
-    const std::size_t place = lines[4].find("e+") == std::string::npos ? lines[4].find('.') - 1 : lines[4].find('.') - 1;
+    const std::size_t place =
+        lines[4].find("e+") == std::string::npos ? lines[4].find('.') - 1 : lines[4].find('.') - 1;
     lines[4][place] = lines[4][place] == '9' ? '8' : '9';
   });
   const study::RunReport report = run(s, "out", 2, true);
@@ -133,11 +146,19 @@ TEST_F(JournalTest, WhatDoesNotGoWithThePlanIsNotBelieved) {
       {[](auto& f) { f[0] = "-1"; }, "run = '-1': not a whole number from 0 on"},
       {[](auto& f) { f[0] = "99999999999999999999"; }, "not a whole number"},
       {[](auto& f) { f[1] = "77"; }, "point, replicate or seed are not those of the plan"},
-      {[](auto& f) { f[2] = "3"; f[2] += "0"; }, "point, replicate or seed are not those of the plan"},
+      {[](auto& f) {
+         f[2] = "3";
+         f[2] += "0";
+       },
+       "point, replicate or seed are not those of the plan"},
       {[](auto& f) { f[3] = "1"; }, "point, replicate or seed are not those of the plan"},
       {[](auto& f) { f[5] = "many"; }, "cars_off_track = 'many': not a number"},
       {[](auto& f) { f[4] = ""; }, "cars_past_pod = '': not a number"},
-      {[](auto& f) { for (auto& x : f) if (x == "time_max" || x == "at_rest") x = "asleep"; }, "ended = 'asleep': unknown"},
+      {[](auto& f) {
+         for (auto& x : f)
+           if (x == "time_max" || x == "at_rest") x = "asleep";
+       },
+       "ended = 'asleep': unknown"},
       {[](auto& f) { f.erase(f.begin() + 6); }, "fields, but"},
       {[](auto& f) { f[f.size() - 2] = "long"; }, "wall_time = 'long': not a number"},
       {[](auto& f) { f[6] = "\"1"; }, "a double quote is not closed"}};
@@ -166,9 +187,12 @@ TEST_F(JournalTest, JournalsOfOthersAreRefused) {
   run(s, "out", 2);
   const auto refused = [&] { return refusal([&] { run(s, "out", 1, true); }); };
   // As version 0.1 wrote it; its first row has a point that does not exist.
-  const std::string old = "run,point,replicate,seed,\"initial.speed\",cars_past_pod,ended,steps,rhs_evaluations,message,wall_time\n0,3,0,33,5,1,at_rest,7,5,\"\",0.01\n";
+  const std::string old =
+      "run,point,replicate,seed,\"initial.speed\",cars_past_pod,ended,steps,rhs_evaluations,message,wall_time\n0,3,0,"
+      "33,5,1,at_rest,7,5,\"\",0.01\n";
   std::ofstream(journal(), std::ios::binary) << old;
-  EXPECT_NE(refused().find("journal.csv:1: a journal of version 0.1, whose lines have no checksum"), std::string::npos) << refused();
+  EXPECT_NE(refused().find("journal.csv:1: a journal of version 0.1, whose lines have no checksum"), std::string::npos)
+      << refused();
   EXPECT_EQ(text_of(journal()), old) << "left as it is";
   std::ofstream(journal(), std::ios::binary) << "shopping list\nmilk\n";
   EXPECT_NE(refused().find("journal.csv:1: not a journal of this program"), std::string::npos) << refused();
@@ -179,7 +203,8 @@ TEST_F(JournalTest, JournalsOfOthersAreRefused) {
   fs::copy_file(journal("other"), journal(), fs::copy_options::overwrite_existing);
   EXPECT_NE(refused().find("journal.csv:1: a journal of another study"), std::string::npos) << refused();
   rewrite([](std::vector<std::string>& lines) { lines[0].replace(lines[0].find("journal 2"), 9, "journal 3"); });
-  EXPECT_NE(refused().find("journal.csv:1: a journal of another format; allowed: format 2"), std::string::npos) << refused();
+  EXPECT_NE(refused().find("journal.csv:1: a journal of another format; allowed: format 2"), std::string::npos)
+      << refused();
 }
 
 TEST_F(JournalTest, TwoRowsOfARunThatDifferAreNamedBoth) {
@@ -191,7 +216,8 @@ TEST_F(JournalTest, TwoRowsOfARunThatDifferAreNamedBoth) {
     lines.push_back(sealed(line));
   });
   const std::string error = refusal([&] { run(s, "out", 1, true); });
-  EXPECT_NE(error.find("journal.csv:4: run 2 differs from that in " + journal().string() + ":32"), std::string::npos) << error;
+  EXPECT_NE(error.find("journal.csv:4: run 2 differs from that in " + journal().string() + ":32"), std::string::npos)
+      << error;
 }
 
 TEST_F(JournalTest, AStudyJsonThatIsBrokenIsNamed) {
@@ -204,7 +230,8 @@ TEST_F(JournalTest, AStudyJsonThatIsBrokenIsNamed) {
   };
   EXPECT_NE(error("").find("study.json:1: not JSON"), std::string::npos);
   EXPECT_NE(error(good.substr(0, good.size() / 2)).find(": not JSON"), std::string::npos);
-  EXPECT_NE(error("{\n\"title\": \xFF\n}").find("study.json:2: not JSON"), std::string::npos) << error("{\n\"title\": \xFF\n}");
+  EXPECT_NE(error("{\n\"title\": \xFF\n}").find("study.json:2: not JSON"), std::string::npos)
+      << error("{\n\"title\": \xFF\n}");
   EXPECT_NE(error(std::string(100000, '[')).find("nested more than 20 deep"), std::string::npos);
   EXPECT_THROW(error("[]"), std::runtime_error);
   EXPECT_EQ(error(good), "no error");
@@ -231,7 +258,8 @@ TEST_F(JournalTest, OneProcessAShard) {
   EXPECT_NO_THROW(run(s, "out", 1, true, {2, 2}));
 }
 
-// Killed at any moment, from before the first file to after the last one, a study resumes to the same bytes, and nothing else is left.
+// Killed at any moment, from before the first file to after the last one, a study resumes to the same bytes, and
+// nothing else is left.
 TEST_F(JournalTest, KilledAtAnyMomentAStudyResumesToTheSameBytes) {
   const study::Study s = read();
   run(s, "whole", 2);
@@ -275,7 +303,8 @@ TEST_F(JournalTest, TheCommandNamesBadLines) {
   rewrite([](std::vector<std::string>& lines) { lines[9][3] = '!'; });
   const test::Result r = derail("study study.yaml --out out --resume --quiet");
   EXPECT_EQ(r.code, 0) << r.out;
-  EXPECT_NE(r.out.find("journal.csv:10: the checksum does not fit the line; computed anew"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("journal.csv:10: the checksum does not fit the line; computed anew"), std::string::npos)
+      << r.out;
   EXPECT_EQ(text_of(folder_ / "out/runs.csv"), runs);
   EXPECT_EQ(derail("study study.yaml --out out --quiet").code, 1) << "not without --resume";
 }

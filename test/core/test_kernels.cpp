@@ -115,7 +115,8 @@ TEST(Kernels, HeadingsAreThoseOfTheStandardLibrary) {
     }
   };
   const inputs::Scenario s = train(33, random), extended = test::accident(33);
-  for (const std::string& name : model::DerailmentModel::instruction_sets(33)) expect_headings(model::DerailmentModel(s, name), name);
+  for (const std::string& name : model::DerailmentModel::instruction_sets(33))
+    expect_headings(model::DerailmentModel(s, name), name);
   for (const std::string& name : model::ExtendedModel::instruction_sets(33)) {
     expect_headings(model::ExtendedModel(extended, name), "extended, " + name);
   }
@@ -151,7 +152,8 @@ TEST(Kernels, WholeTrainFunctionsAreThoseOfEachCarAndCoupler) {
     const std::vector<model::CouplerState<double>> couplers = m.couplers(y.data());
     ASSERT_EQ(couplers.size(), 22u);
     for (Eigen::Index i = 0; i < 22; ++i) {
-      const model::CouplerState<double> found = couplers[static_cast<std::size_t>(i)], expected = m.coupler(y.data(), i);
+      const model::CouplerState<double> found = couplers[static_cast<std::size_t>(i)],
+                                        expected = m.coupler(y.data(), i);
       EXPECT_NEAR(found.gap, expected.gap, 1e-12);
       EXPECT_NEAR(found.axial, expected.axial, 1e-12 * m.coupler_law().stiffness);
       EXPECT_NEAR(found.swing_lead, expected.swing_lead, 1e-12);

@@ -51,8 +51,11 @@ class German {
 
 std::string everything() {
   const auto scenario = inputs::read_scenario_file(std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/baseline.yaml",
-                                                   {{"consist[0].count", "3"}, {"stop.time_max", "0.5"}, {"initial.speed", "12.5 knots"},
-                                                    {"coupler.stiffness", "1.5e6 kgf/m"}, {"initial.perturbation.spacing", "1.5 mm"}});
+                                                   {{"consist[0].count", "3"},
+                                                    {"stop.time_max", "0.5"},
+                                                    {"initial.speed", "12.5 knots"},
+                                                    {"coupler.stiffness", "1.5e6 kgf/m"},
+                                                    {"initial.perturbation.spacing", "1.5 mm"}});
   std::ostringstream out;
   out << inputs::to_yaml(scenario) << inputs::describe_keys();
   for (const auto& v : inputs::key_values(scenario)) out << v.key << v.value << "\n";
@@ -77,13 +80,19 @@ TEST(Locale, ADecimalCommaChangesNothing) {
     std::ostringstream comma;
     comma << 1234.5;
     ASSERT_EQ(comma.str(), "1.234,5");
-    for (const auto& [text, unit, value] : {std::tuple{"37.5 mph", "m/s", 37.5 * inputs::kMph}, {"50 knots", "m/s", 25.7222222222222},
-                                            {"130000 kgf", "N", 1274864.5}, {"4.25 deg/(100.5 ft)", "1/m", 4.25 * inputs::kDegree / (100.5 * inputs::kFoot)},
-                                            {"7.5 nautical_mile", "m", 13890.0}}) {
+    for (const auto& [text, unit, value] :
+         {std::tuple{"37.5 mph", "m/s", 37.5 * inputs::kMph},
+          {"50 knots", "m/s", 25.7222222222222},
+          {"130000 kgf", "N", 1274864.5},
+          {"4.25 deg/(100.5 ft)", "1/m", 4.25 * inputs::kDegree / (100.5 * inputs::kFoot)},
+          {"7.5 nautical_mile", "m", 13890.0}}) {
       EXPECT_NEAR(inputs::to_si(text, unit), value, 1e-12 * value) << text;
     }
     std::vector<std::thread> threads;
-    for (int i = 0; i < 4; ++i) threads.emplace_back([] { for (int k = 0; k < 50; ++k) EXPECT_NEAR(inputs::to_si("7.5 nautical_mile", "m"), 13890.0, 1e-9); });
+    for (int i = 0; i < 4; ++i)
+      threads.emplace_back([] {
+        for (int k = 0; k < 50; ++k) EXPECT_NEAR(inputs::to_si("7.5 nautical_mile", "m"), 13890.0, 1e-9);
+      });
     for (auto& t : threads) t.join();
     EXPECT_EQ(std::string(std::localeconv()->decimal_point), ",") << "the caller's locale is left as it was";
     german = everything();

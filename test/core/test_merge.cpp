@@ -24,7 +24,8 @@ class MergeTest : public test::StudyFolder {
   /// Some of the runs of the study, as a run that was stopped leaves them.
   void some(const std::string& out, std::int64_t runs) {
     std::atomic<bool> stop{false};
-    study::run_study(read(), {path(out), 1, false, {}}, [&](const study::Progress& p) { stop = p.done >= runs; }, stop);
+    study::run_study(
+        read(), {path(out), 1, false, {}}, [&](const study::Progress& p) { stop = p.done >= runs; }, stop);
   }
   std::string runs(const std::string& out) { return runs_csv(read(), out); }
 };
@@ -63,7 +64,9 @@ TEST_F(MergeTest, OverlappingShardsOfDifferentCounts) {
   run(read(), "b", 1, false, {2, 3});
   run(read(), "c", 1, false, {1, 3});
   const study::Gathered g = gather("abc", {"a", "b", "c"});
-  EXPECT_EQ(g.missing, "5 of 30 runs are missing: 5, 11, 17, 23, 29; shard 2/2 is not there (5 runs); shard 3/3 is not there (5 runs)");
+  EXPECT_EQ(
+      g.missing,
+      "5 of 30 runs are missing: 5, 11, 17, 23, 29; shard 2/2 is not there (5 runs); shard 3/3 is not there (5 runs)");
   run(read(), "d", 1, false, {3, 3});
   EXPECT_EQ(gather("abc", {"d"}).missing, "");
   EXPECT_EQ(runs("abc"), runs("whole"));
@@ -77,7 +80,8 @@ TEST_F(MergeTest, FoldersThatAreNotThisStudysAreRefusedAndNothingIsCreated) {
   const auto error = [&](const std::string& from) { return refusal([&] { gather("to", {from}); }); };
   EXPECT_NE(error("nowhere").find("nowhere: no such folder"), std::string::npos) << error("nowhere");
   EXPECT_NE(error("empty").find("study.json: missing"), std::string::npos) << error("empty");
-  EXPECT_NE(error("other").find("other: holds results of another study; outcomes/"), std::string::npos) << error("other");
+  EXPECT_NE(error("other").find("other: holds results of another study; outcomes/"), std::string::npos)
+      << error("other");
   EXPECT_NE(refusal([&] { gather("to", {}); }).find("to: no such folder"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder_ / "to"));
   EXPECT_TRUE(files_in("empty").empty());
@@ -95,7 +99,8 @@ TEST_F(MergeTest, RowsOfOneRunThatDifferAreAnErrorThatNamesBoth) {
     b.append(study::journal_fields(study::run_of(s, 3), o), 0.1);
   }
   const std::string error = refusal([&] { gather("to", {"a", "b"}); });
-  EXPECT_EQ(error.find(path("a") + "/journal.csv:5: run 3 differs from that in " + path("b") + "/journal.csv:2"), 0U) << error;
+  EXPECT_EQ(error.find(path("a") + "/journal.csv:5: run 3 differs from that in " + path("b") + "/journal.csv:2"), 0U)
+      << error;
   EXPECT_FALSE(fs::exists(folder_ / "to"));
   const std::string before = text_of(folder_ / "a/journal.csv");
   EXPECT_NE(refusal([&] { gather("a", {"b"}); }).find("run 3 differs"), std::string::npos);
@@ -179,8 +184,10 @@ TEST_F(MergeTest, TheCommandEndsWithACodeOfItsOwnIfAShardIsMissing) {
   ASSERT_EQ(derail("study study.yaml --out s1 --shard 1/2 --quiet").code, 0);
   const test::Result half = derail("merge study.yaml s1 --out to --quiet");
   EXPECT_EQ(half.code, 5) << half.out;
-  EXPECT_NE(half.out.find("derail: to: 15 of 30 runs are missing: 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, ...; shard 2/2 is not there (15 runs)"),
-            std::string::npos) << half.out;
+  EXPECT_NE(half.out.find("derail: to: 15 of 30 runs are missing: 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, ...; shard 2/2 is "
+                          "not there (15 runs)"),
+            std::string::npos)
+      << half.out;
   EXPECT_EQ(lines_of(text_of(folder_ / "to/runs.csv")).size(), 16U) << "what there is, is written";
   ASSERT_EQ(derail("study study.yaml --out s2 --shard 2/2 --quiet").code, 0);
   EXPECT_EQ(derail("merge study.yaml s1 s2 --out to --quiet").code, 0);

@@ -222,9 +222,7 @@ multibody::PairOfRuns first_moments(Fault fault) {
   return pair;
 }
 
-TEST(Verify, AgreesPointByPointWithoutAMistake) {
-  EXPECT_EQ(first_moments(Fault::none).verdict, Verdict::agrees);
-}
+TEST(Verify, AgreesPointByPointWithoutAMistake) { EXPECT_EQ(first_moments(Fault::none).verdict, Verdict::agrees); }
 
 class Faults : public testing::TestWithParam<Fault> {};
 

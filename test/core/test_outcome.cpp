@@ -159,7 +159,8 @@ TEST(PileUp, GoesAlongACurvedTrack) {
   const double ahead = -40.0 + kRadius * std::atan(kHalfLength / (kRadius - kHalfWidth));
   const double behind = -130.0 - kRadius * std::atan(kHalfWidth / (kRadius - kHalfLength));
   EXPECT_NEAR(p.length, ahead - behind, 1e-3);
-  EXPECT_NEAR(p.width, std::hypot(kRadius + kHalfLength, kHalfWidth) - std::hypot(kRadius - kHalfLength, kHalfWidth), 1e-3);
+  EXPECT_NEAR(p.width, std::hypot(kRadius + kHalfLength, kHalfWidth) - std::hypot(kRadius - kHalfLength, kHalfWidth),
+              1e-3);
   EXPECT_EQ(p.cars_across, 2);
   EXPECT_EQ(p.main_cars, 1);  // 17 m between the two
   EXPECT_NEAR(p.main_length, 2.0 * kHalfWidth, 1e-3);
@@ -180,8 +181,9 @@ TEST(RelativeSpeed, IsThatOfTheFacingPins) {
 TEST(CentreSpeed, IsThatOfNeighbouringCentresHoweverTheyTurn) {
   inputs::Scenario s = free_cars(3, 0.5);
   const double length = s.consist[0].length;
-  simulation::Simulation sim(s, test::state_of({CarMotion{0, 0, 0, 9, 0, 0.2}, CarMotion{-length - 1.5, 0, 0, 6, 0, 0.3},
-                                                CarMotion{-2 * length - 3, 0, 0, 3, 4, 0}}));
+  simulation::Simulation sim(s,
+                             test::state_of({CarMotion{0, 0, 0, 9, 0, 0.2}, CarMotion{-length - 1.5, 0, 0, 6, 0, 0.3},
+                                             CarMotion{-2 * length - 3, 0, 0, 3, 4, 0}}));
   sim.run();
   EXPECT_NEAR(sim.outcome().centre_speed_max.speed, 5.0, 1e-9) << "cars 1 and 3 are further apart, but no neighbours";
   EXPECT_EQ(sim.outcome().centre_speed_max.coupler, 2);
@@ -217,7 +219,7 @@ TEST(ClosingSpeed, OfACornerIncludesTheSpin) {
   inputs::Scenario s = free_cars(2, 0.0);
   s.outcome.sample_interval = 1e-3;
   const double length = s.consist[0].length, width = s.consist[0].width, spin = 2.0 * test::kPi;
-  s.stop.time_max = 1.0;  // one turn
+  s.stop.time_max = 1.0;                                                             // one turn
   const double radius = 0.5 * std::hypot(length, width), wall = 0.5 * length - 0.5;  // the end sweeps half a metre deep
   // First car spins about (100, 0); the second one's side faces it from x = 100 - wall.
   simulation::Simulation sim(s, test::state_of({CarMotion{100, 0, 0.5 * test::kPi, 0, 0, spin},

@@ -98,7 +98,8 @@ TEST_F(OutputFileTest, AKillLeavesNothing) {
 TEST_F(OutputFileTest, WhatIsThereStays) {
   put("a.csv", "mine");
   EXPECT_THROW(OutputFile(at("a.csv")), ExistsError);
-  EXPECT_EQ(message([&] { write_file(at("a.csv"), "other"); }), at("a.csv") + ": exists already and is not overwritten");
+  EXPECT_EQ(message([&] { write_file(at("a.csv"), "other"); }),
+            at("a.csv") + ": exists already and is not overwritten");
   OutputFile late(at("b.csv"));
   put("b.csv", "mine too");  // while it is computed
   EXPECT_THROW(late.commit(), ExistsError);
@@ -143,7 +144,8 @@ TEST_F(OutputFileTest, TemporariesOfTheDeadAreRemovedThoseOfTheLivingStay) {
 }
 
 TEST_F(OutputFileTest, SaysWhyItCannotBeWritten) {
-  EXPECT_EQ(message([&] { OutputFile(at("none/a.csv")); }), at("none/a.csv") + ": cannot be written: No such file or directory");
+  EXPECT_EQ(message([&] { OutputFile(at("none/a.csv")); }),
+            at("none/a.csv") + ": cannot be written: No such file or directory");
   EXPECT_EQ(message([&] { OutputFile(folder_.string()); }), folder_.string() + ": is a folder, not a file");
   EXPECT_EQ(message([&] { OutputFile(at("new/")); }), at("new/") + ": cannot be written: is the name of a folder");
   EXPECT_EQ(message([&] { OutputFile(""); }), "'': is no name of a file");
@@ -154,7 +156,8 @@ TEST_F(OutputFileTest, SaysWhyItCannotBeWritten) {
 }
 
 TEST_F(OutputFileTest, AFullDeviceIsNoticed) {
-  EXPECT_EQ(message([] { write_file("/dev/full", "text"); }), "/dev/full: could not be written whole: No space left on device");
+  EXPECT_EQ(message([] { write_file("/dev/full", "text"); }),
+            "/dev/full: could not be written whole: No space left on device");
   OutputFile full("/dev/full");
   full.stream() << "text" << std::flush;
   EXPECT_FALSE(full.stream());
@@ -179,7 +182,8 @@ TEST_F(OutputFileTest, WithoutSpaceWhatWasThereStays) {
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{100000, 100000};
     setrlimit(RLIMIT_FSIZE, &limit);
-    const bool refused = !message([&] { write_file(at("old.csv"), std::string(200000, 'x'), Existing::replace); }).empty();
+    const bool refused =
+        !message([&] { write_file(at("old.csv"), std::string(200000, 'x'), Existing::replace); }).empty();
     const bool kept = content(at("old.csv")) == "old";
     write_file(at("old.csv"), "new", Existing::replace);
     _exit(refused && kept ? 0 : 1);

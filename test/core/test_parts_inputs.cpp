@@ -39,7 +39,10 @@ struct Part {
 const std::vector<Part> kParts{
     {"ground.on_track_law: rails", [](Scenario& s) { s.ground.on_track_law = inputs::OnTrackLaw::rails; }},
     {"ground.off_track_law: by_slip", [](Scenario& s) { s.ground.off_track_law = inputs::OffTrackLaw::by_slip; }},
-    {"ground.patches", [](Scenario& s) { s.ground.patches = {{0.0, 1.0, 0.0, 1.0, 2.0}}; }},
+    {"ground.patches",
+     [](Scenario& s) {
+       s.ground.patches = {{0.0, 1.0, 0.0, 1.0, 2.0}};
+     }},
     {"contact.law", [](Scenario& s) { s.contact.law = inputs::ContactLaw::elastic; }},
     {"coupler.draft_gear_travel", [](Scenario& s) { s.coupler.draft_gear_travel = 0.1; }},
     {"coupler.damping_ratio", [](Scenario& s) { s.coupler.damping_ratio = 0.1; }},
@@ -49,8 +52,9 @@ const std::vector<Part> kParts{
 
 TEST(Parts, NeedTheSteppedMethod) {
   for (const Part& part : kParts) {
-    for (const auto& [name, method] : {std::pair{"dormand_prince", inputs::Method::dormand_prince},
-                                       std::pair{"cash_karp", inputs::Method::cash_karp}, std::pair{"bdf", inputs::Method::bdf}}) {
+    for (const auto& [name, method] :
+         {std::pair{"dormand_prince", inputs::Method::dormand_prince},
+          std::pair{"cash_karp", inputs::Method::cash_karp}, std::pair{"bdf", inputs::Method::bdf}}) {
       Scenario s = test::baseline();
       s.solver.method = method;
       part.on(s);
@@ -68,7 +72,8 @@ TEST(Parts, NeedTheSteppedMethod) {
 TEST(Parts, SteppedMethodNeedsItsStep) {
   EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step.reset(); }),
             "scenario: solver.fixed_step: missing: semi_implicit has no error control; allowed: (0, 1] s");
-  EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step = 0.0; }), "scenario: solver.fixed_step = '0': out of range; allowed: [1e-08, 1] s");
+  EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step = 0.0; }),
+            "scenario: solver.fixed_step = '0': out of range; allowed: [1e-08, 1] s");
 }
 
 TEST(Parts, SteppedMethodHasNoGuidedCars) {
@@ -76,8 +81,9 @@ TEST(Parts, SteppedMethodHasNoGuidedCars) {
   s.solver.method = inputs::Method::semi_implicit;
   s.solver.fixed_step = 1e-3;
   s.ground.on_track_law = inputs::OnTrackLaw::guided;
-  EXPECT_EQ(refusal(s), "scenario: ground.on_track_law = 'guided': constraints are for the other methods; "
-                        "allowed: rails, isotropic, along_track");
+  EXPECT_EQ(refusal(s),
+            "scenario: ground.on_track_law = 'guided': constraints are for the other methods; "
+            "allowed: rails, isotropic, along_track");
 }
 
 TEST(Parts, SomeNeedRails) {
@@ -85,11 +91,18 @@ TEST(Parts, SomeNeedRails) {
   s.solver.method = inputs::Method::semi_implicit;
   s.solver.fixed_step = 1e-3;
   const std::string why = ": needs rails; allowed: ground.on_track_law: rails, or leave it out";
-  EXPECT_EQ(refusal([](Scenario& c) { c.brakes.law = inputs::BrakeLaw::air; }, s), "scenario: brakes.law = 'air'" + why);
+  EXPECT_EQ(refusal([](Scenario& c) { c.brakes.law = inputs::BrakeLaw::air; }, s),
+            "scenario: brakes.law = 'air'" + why);
   EXPECT_EQ(refusal([](Scenario& c) { c.track.grade = 0.01; }, s), "scenario: track.grade = '0.01'" + why);
-  EXPECT_EQ(refusal([](Scenario& c) { c.track.curves = {{0.0, 1.0, 0.001}}; }, s), "scenario: track.curves = '1 curves'" + why);
+  EXPECT_EQ(refusal(
+                [](Scenario& c) {
+                  c.track.curves = {{0.0, 1.0, 0.001}};
+                },
+                s),
+            "scenario: track.curves = '1 curves'" + why);
   EXPECT_EQ(refusal([](Scenario& c) { c.initial.cars_ahead = 3; }, s), "scenario: initial.cars_ahead = '3'" + why);
-  EXPECT_EQ(refusal([](Scenario& c) { c.initial.perturbation.kick = 0.5; }, s), "scenario: initial.perturbation.kick = '0.5'" + why);
+  EXPECT_EQ(refusal([](Scenario& c) { c.initial.perturbation.kick = 0.5; }, s),
+            "scenario: initial.perturbation.kick = '0.5'" + why);
   EXPECT_EQ(refusal([](Scenario& c) { c.initial.perturbation.alignment = 0.5; }, s),
             "scenario: initial.perturbation.alignment = '0.5'" + why);
 }
@@ -98,23 +111,34 @@ TEST(Parts, ACarHasToBeLeftToDerail) {
   EXPECT_EQ(refusal([](Scenario& s) { s.initial.cars_ahead = 9; }), "no error");
   EXPECT_EQ(refusal([](Scenario& s) { s.initial.cars_ahead = 10; }),
             "scenario: initial.cars_ahead = '10': leaves no car to derail; allowed: 0 to 9");
-  EXPECT_EQ(refusal([](Scenario& s) { s.initial.cars_ahead = -1; }), "scenario: initial.cars_ahead = '-1': out of range; allowed: [0, 999]");
+  EXPECT_EQ(refusal([](Scenario& s) { s.initial.cars_ahead = -1; }),
+            "scenario: initial.cars_ahead = '-1': out of range; allowed: [0, 999]");
 }
 
 TEST(Parts, CurvesFollowEachOther) {
   EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.001}, {-50.0, 50.0, -0.001}}; }), "no error");
-  EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.001}, {-51.0, 50.0, -0.001}}; }),
+  EXPECT_EQ(refusal([](Scenario& s) {
+              s.track.curves = {{-100.0, 50.0, 0.001}, {-51.0, 50.0, -0.001}};
+            }),
             "scenario: track.curves[1].start = '-51': begins before the curve before it ends; allowed: >= -50 m");
-  EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 0.0, 0.001}}; }),
+  EXPECT_EQ(refusal([](Scenario& s) {
+              s.track.curves = {{-100.0, 0.0, 0.001}};
+            }),
             "scenario: track.curves[0].length = '0': out of range; allowed: [0.01, 100000] m");
-  EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.03}}; }),
+  EXPECT_EQ(refusal([](Scenario& s) {
+              s.track.curves = {{-100.0, 50.0, 0.03}};
+            }),
             "scenario: track.curves[0].curvature = '0.03': out of range; allowed: [-0.02, 0.02] 1/m");
 }
 
 TEST(Parts, PatchesAreNotEmpty) {
-  EXPECT_EQ(refusal([](Scenario& s) { s.ground.patches = {{5.0, 5.0, 0.0, 1.0, 2.0}}; }),
+  EXPECT_EQ(refusal([](Scenario& s) {
+              s.ground.patches = {{5.0, 5.0, 0.0, 1.0, 2.0}};
+            }),
             "scenario: ground.patches[0].x_to = '5': empty patch; allowed: > 5 m");
-  EXPECT_EQ(refusal([](Scenario& s) { s.ground.patches = {{0.0, 5.0, 0.0, 1.0, 2.0}, {0.0, 5.0, 2.0, 1.0, 2.0}}; }),
+  EXPECT_EQ(refusal([](Scenario& s) {
+              s.ground.patches = {{0.0, 5.0, 0.0, 1.0, 2.0}, {0.0, 5.0, 2.0, 1.0, 2.0}};
+            }),
             "scenario: ground.patches[1].y_to = '1': empty patch; allowed: > 2 m");
 }
 
@@ -125,62 +149,68 @@ struct Number {
   bool infinite = false;
 };
 
-#define NUMBER(key, ...) \
-  Number { #key, [](Scenario& s, double v) { s.key = v; }, __VA_ARGS__ }
+#define NUMBER(key, ...)                                         \
+  Number {                                                       \
+#key, [](Scenario & s, double v) { s.key = v; }, __VA_ARGS__ \
+  }
 
 TEST(Parts, EveryNumberIsFiniteAndInItsRange) {
   const double any = std::nan("");
-  const std::vector<Number> numbers{
-      NUMBER(consist[0].brake_share, -0.1),
-      NUMBER(coupler.draft_gear_stiffness, 0.0),
-      NUMBER(coupler.draft_gear_travel, -0.1),
-      NUMBER(coupler.damping_ratio, 2.1),
-      NUMBER(coupler.break_draft, 0.0, true),
-      NUMBER(coupler.break_swing, 0.0, true),
-      NUMBER(coupler.break_moment, 0.0, true),
-      NUMBER(ground.in_line_friction, -0.1),
-      NUMBER(ground.broadside_friction, -0.1),
-      NUMBER(ground.slip_ratio, 0.0),
-      NUMBER(ground.far_distance, 0.0),
-      NUMBER(ground.patches[0].x_from, any),
-      NUMBER(ground.patches[0].x_to, any),
-      NUMBER(ground.patches[0].y_from, any),
-      NUMBER(ground.patches[0].y_to, any),
-      NUMBER(ground.patches[0].factor, -0.1),
-      NUMBER(rails.stiffness, 0.0),
-      NUMBER(rails.damping_ratio, -0.1),
-      NUMBER(rails.derail_ratio, -0.1, true),
-      NUMBER(rails.derail_time, -0.1),
-      NUMBER(rails.torn_length, -0.1),
-      NUMBER(track.grade, 0.2),
-      NUMBER(track.curves[0].start, any),
-      NUMBER(track.curves[0].length, 0.0),
-      NUMBER(track.curves[0].curvature, -0.03),
-      NUMBER(brakes.rolling_resistance, -0.1),
-      NUMBER(brakes.force, -0.1),
-      NUMBER(brakes.build_up_time, -0.1),
-      NUMBER(brakes.dead_time, -0.1),
-      NUMBER(brakes.propagation_speed, 0.0, true),
-      NUMBER(brakes.radio_delay, -0.1),
-      NUMBER(brakes.emergency_time, any),
-      NUMBER(contact.stiffness, 0.0),
-      NUMBER(contact.restitution, 1.1),
-      NUMBER(contact.friction, -0.1),
-      NUMBER(contact.crush_force, 0.0, true),
-      NUMBER(initial.perturbation.kick, -0.1),
-      NUMBER(initial.perturbation.alignment, -0.1)};
+  const std::vector<Number> numbers{NUMBER(consist[0].brake_share, -0.1),
+                                    NUMBER(coupler.draft_gear_stiffness, 0.0),
+                                    NUMBER(coupler.draft_gear_travel, -0.1),
+                                    NUMBER(coupler.damping_ratio, 2.1),
+                                    NUMBER(coupler.break_draft, 0.0, true),
+                                    NUMBER(coupler.break_swing, 0.0, true),
+                                    NUMBER(coupler.break_moment, 0.0, true),
+                                    NUMBER(ground.in_line_friction, -0.1),
+                                    NUMBER(ground.broadside_friction, -0.1),
+                                    NUMBER(ground.slip_ratio, 0.0),
+                                    NUMBER(ground.far_distance, 0.0),
+                                    NUMBER(ground.patches[0].x_from, any),
+                                    NUMBER(ground.patches[0].x_to, any),
+                                    NUMBER(ground.patches[0].y_from, any),
+                                    NUMBER(ground.patches[0].y_to, any),
+                                    NUMBER(ground.patches[0].factor, -0.1),
+                                    NUMBER(rails.stiffness, 0.0),
+                                    NUMBER(rails.damping_ratio, -0.1),
+                                    NUMBER(rails.derail_ratio, -0.1, true),
+                                    NUMBER(rails.derail_time, -0.1),
+                                    NUMBER(rails.torn_length, -0.1),
+                                    NUMBER(track.grade, 0.2),
+                                    NUMBER(track.curves[0].start, any),
+                                    NUMBER(track.curves[0].length, 0.0),
+                                    NUMBER(track.curves[0].curvature, -0.03),
+                                    NUMBER(brakes.rolling_resistance, -0.1),
+                                    NUMBER(brakes.force, -0.1),
+                                    NUMBER(brakes.build_up_time, -0.1),
+                                    NUMBER(brakes.dead_time, -0.1),
+                                    NUMBER(brakes.propagation_speed, 0.0, true),
+                                    NUMBER(brakes.radio_delay, -0.1),
+                                    NUMBER(brakes.emergency_time, any),
+                                    NUMBER(contact.stiffness, 0.0),
+                                    NUMBER(contact.restitution, 1.1),
+                                    NUMBER(contact.friction, -0.1),
+                                    NUMBER(contact.crush_force, 0.0, true),
+                                    NUMBER(initial.perturbation.kick, -0.1),
+                                    NUMBER(initial.perturbation.alignment, -0.1)};
   Scenario valid = test::accident(10);
   valid.ground.patches = {{0.0, 5.0, 0.0, 1.0, 2.0}};
   valid.track.curves = {{-100.0, 50.0, 0.001}};
   ASSERT_EQ(refusal(valid), "no error");
-  const auto begins = [](const std::string& text, const std::string& with) { return text.compare(0, with.size(), with) == 0; };
+  const auto begins = [](const std::string& text, const std::string& with) {
+    return text.compare(0, with.size(), with) == 0;
+  };
   for (const Number& n : numbers) {
     const auto with = [&](double v) { return refusal([&](Scenario& s) { n.set(s, v); }, valid); };
     const std::string key = "scenario: " + n.key;
     EXPECT_TRUE(begins(with(std::nan("")), key + " = 'nan': not a finite number; allowed: ")) << with(std::nan(""));
-    EXPECT_TRUE(begins(with(-inputs::kInfinity), key + " = '-inf': not a finite number; allowed: ")) << with(-inputs::kInfinity);
+    EXPECT_TRUE(begins(with(-inputs::kInfinity), key + " = '-inf': not a finite number; allowed: "))
+        << with(-inputs::kInfinity);
     const std::string infinite = with(inputs::kInfinity);
-    EXPECT_TRUE(n.infinite ? infinite == "no error" : begins(infinite, key + " = 'inf': not a finite number; allowed: ")) << infinite;
+    EXPECT_TRUE(n.infinite ? infinite == "no error"
+                           : begins(infinite, key + " = 'inf': not a finite number; allowed: "))
+        << infinite;
     if (std::isnan(n.too_small)) continue;
     EXPECT_TRUE(begins(with(n.too_small), key + " = '")) << n.key << ": " << with(n.too_small);
   }

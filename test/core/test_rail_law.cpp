@@ -1,4 +1,5 @@
-// Rails that yield: force and damping against an oscillator's closed form, the limit and its time, and why trucks leave.
+// Rails that yield: force and damping against an oscillator's closed form, the limit and its time, and why trucks
+// leave.
 #include <algorithm>
 #include <functional>
 #include <map>
@@ -207,7 +208,8 @@ TEST(Derailments, ATruckThatLeavesTearsUpTheTrackForTheNext) {
     inputs::Scenario s = test::on_rails(2);
     s.rails.torn_length = torn;
     s.rails.derail_time = 0.0;
-    // The leader is thrown off 60 m before the point of derailment, the follower comes straight behind it; none gets to the point.
+    // The leader is thrown off 60 m before the point of derailment, the follower comes straight behind it; none gets to
+    // the point.
     auto cars = test::in_line(2, -60.0, 20.0);
     cars[0].vy = 3.0;
     Train train(s, cars);
@@ -291,8 +293,8 @@ TEST(Kicks, ChangeTheVelocityOfTheTruckByTheKick) {
     EXPECT_NEAR(after.vy - car.yaw_inertia / (car.mass * arm) * after.omega, 0.0, 1e-14 + 1e-12 * std::abs(kick));
     EXPECT_EQ(before.vy, 0.0);
     EXPECT_DOUBLE_EQ(after.vx, 20.0);
-    EXPECT_NEAR(train.energy().work_kicks,
-                -0.5 * kick * kick / (1.0 / car.mass + arm * arm / car.yaw_inertia), 1e-9 * energy);
+    EXPECT_NEAR(train.energy().work_kicks, -0.5 * kick * kick / (1.0 / car.mass + arm * arm / car.yaw_inertia),
+                1e-9 * energy);
     EXPECT_NEAR(train.energy().total() / energy, 1.0, 1e-13);
     sum += kick;
     squares += kick * kick;

@@ -86,7 +86,8 @@ TEST(Regularization, DoesNotChangeTheOutcomeWithinADecade) {
       EXPECT_GT(mann_whitney_p(a.peak_force, b.peak_force), level);
       EXPECT_GT(mann_whitney_p(a.closing_speed, b.closing_speed), level);
       EXPECT_LE(std::abs(median(a.past_pod) - median(b.past_pod)), 1.0);
-      // Its standard deviation is one car: medians of 20 runs differ by one and a half now and then (they do on other processors).
+      // Its standard deviation is one car: medians of 20 runs differ by one and a half now and then (they do on other
+      // processors).
       EXPECT_LE(std::abs(median(a.off_track) - median(b.off_track)), 2.0);
     }
     RecordProperty("median_past_pod_" + std::to_string(i), std::to_string(median(a.past_pod)));

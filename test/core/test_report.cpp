@@ -71,7 +71,8 @@ class ReportTest : public test::Folder {
     write("study.yaml", "scenario: scenario.yaml\n" + text);
     const study::Study s = study::read_study_file((folder_ / "study.yaml").string());
     const std::atomic<bool> stop{false};
-    const auto report = study::run_study(s, {results(), 2, false, {}}, [](const study::Progress&) {}, stop);
+    const auto report = study::run_study(
+        s, {results(), 2, false, {}}, [](const study::Progress&) {}, stop);
     study::write_results(results(), s, report.wall_time);
     return s;
   }
@@ -114,9 +115,10 @@ TEST_F(ReportTest, IsClosedInItself) {
 
 TEST_F(ReportTest, PicturesAreEncodedWhole) {
   finish(kStudy);
-  const std::pair<const char*, const char*> vectors[]{  // RFC 4648
-      {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"foobar", "Zm9vYmFy"},
-      {"\xff\xfe", "//4="}};
+  const std::pair<const char*, const char*> vectors[]{// RFC 4648
+                                                      {"f", "Zg=="},          {"fo", "Zm8="},
+                                                      {"foo", "Zm9v"},        {"foob", "Zm9vYg=="},
+                                                      {"foobar", "Zm9vYmFy"}, {"\xff\xfe", "//4="}};
   for (const auto& [bytes, encoded] : vectors) {
     write("results/pictures/p.png", bytes);
     EXPECT_NE(page().find(fmt::format("base64,{}\"", encoded)), std::string::npos) << encoded;
@@ -135,7 +137,10 @@ TEST_F(ReportTest, WhatUsersTypeStaysText) {
 
 TEST_F(ReportTest, BytesThatAreNoTextAreReplaced) {
   finish(kStudy);
-  write("results/pictures/p.svg", "<svg><title>a\x01" "b\xff" "c\xe2\x82</title></svg>");
+  write("results/pictures/p.svg",
+        "<svg><title>a\x01"
+        "b\xff"
+        "c\xe2\x82</title></svg>");
   EXPECT_NE(page().find("<figcaption>a\uFFFDb\uFFFDc\uFFFD\uFFFD</figcaption>"), std::string::npos);
 }
 
@@ -161,7 +166,9 @@ TEST_F(ReportTest, NumbersAreThoseOfTheRunsInUnitsThatPeopleRead) {
 }
 
 TEST_F(ReportTest, FailedRunsStandWithTheirReason) {
-  finish("factors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\nperturbation: {spacing: 3 mm}\noutcomes: [stop_time]\n");
+  finish(
+      "factors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\nperturbation: {spacing: 3 mm}\noutcomes: "
+      "[stop_time]\n");
   const std::string html = page();
   EXPECT_EQ(flaw(html), "");
   EXPECT_NE(html.find("<h2>Failed runs</h2>"), std::string::npos);
@@ -176,18 +183,22 @@ TEST_F(ReportTest, SaysHowToMakePictures) {
 }
 
 TEST_F(ReportTest, EveryPlanHasItsTables) {
-  finish("plan: grid\nfactors:\n  - {key: initial.speed, values: [10 mph, 20 mph]}\n"
-         "  - {key: ground.on_track_law, values: [isotropic, guided]}\noutcomes: [stop_time]\n");
+  finish(
+      "plan: grid\nfactors:\n  - {key: initial.speed, values: [10 mph, 20 mph]}\n"
+      "  - {key: ground.on_track_law, values: [isotropic, guided]}\noutcomes: [stop_time]\n");
   EXPECT_EQ(flaw(page()), "");
   EXPECT_EQ(count(page(), "<td class=\"n\">guided</td>"), 2u);
   fs::remove_all(results());
-  finish("plan: saltelli\nsamples: 4\nfactors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n"
-         "  - {key: initial.yaw_rate, low: 0.1, high: 0.3}\noutcomes: [coupler_force_peak, stop_time]\n");
+  finish(
+      "plan: saltelli\nsamples: 4\nfactors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n"
+      "  - {key: initial.yaw_rate, low: 0.1, high: 0.3}\noutcomes: [coupler_force_peak, stop_time]\n");
   const std::string html = page();
   EXPECT_EQ(flaw(html), "");
   EXPECT_NE(html.find("<h2>Sobol indices</h2>"), std::string::npos);
   EXPECT_EQ(count(html, "<td>initial.yaw_rate</td>"), 4u) << "title and key of the input, an index an outcome";
-  EXPECT_NE(html.find("uniform: 10\u00A0mph\u00A0to\u00A0" "20\u00A0mph"), std::string::npos);
+  EXPECT_NE(html.find("uniform: 10\u00A0mph\u00A0to\u00A0"
+                      "20\u00A0mph"),
+            std::string::npos);
 }
 
 TEST_F(ReportTest, WhatIsMissingIsNamed) {
@@ -226,17 +237,25 @@ TEST_F(ReportTest, WhatWasChangedIsNotBelieved) {
   const auto replaced = [](const std::string& was, const std::string& is) {
     return [was, is](std::string& text) { text.replace(text.find(was), was.size(), is); };
   };
-  EXPECT_NE(with("about.json", replaced("\"factors\"", "\"factories\"")).find("an entry is missing"), std::string::npos);
-  EXPECT_NE(with("about.json", replaced("\"replicates\": 3", "\"replicates\": [")).find(": not JSON"), std::string::npos);
+  EXPECT_NE(with("about.json", replaced("\"factors\"", "\"factories\"")).find("an entry is missing"),
+            std::string::npos);
+  EXPECT_NE(with("about.json", replaced("\"replicates\": 3", "\"replicates\": [")).find(": not JSON"),
+            std::string::npos);
   EXPECT_NE(with("about.json", replaced("\"crc32\"", "\"crc33\"")).find("an entry is missing"), std::string::npos);
-  EXPECT_NE(with("about.json", replaced("\"perturbation\": {", "\"perturbation\": 3, \"p\": {")).find("of a wrong kind"), std::string::npos);
+  EXPECT_NE(
+      with("about.json", replaced("\"perturbation\": {", "\"perturbation\": 3, \"p\": {")).find("of a wrong kind"),
+      std::string::npos);
   EXPECT_NE(with("about.json", [](std::string& text) { text = "[]"; }).find("of a wrong kind"), std::string::npos);
-  EXPECT_NE(with("about.json", [](std::string& text) { text = std::string(1000000, '['); }).find("nested more than 20 deep"), std::string::npos);
+  EXPECT_NE(
+      with("about.json", [](std::string& text) { text = std::string(1000000, '['); }).find("nested more than 20 deep"),
+      std::string::npos);
   EXPECT_EQ(error(), "no error");
 }
 
 TEST_F(ReportTest, OfAnEnsembleAndItsWarnings) {
-  write("scenario.yaml", "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\ninitial: {speed: 0, yaw_rate: 0}\nstop: {time_max: 2 s}\n");
+  write("scenario.yaml",
+        "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\ninitial: {speed: 0, yaw_rate: 0}\nstop: "
+        "{time_max: 2 s}\n");
   finish("factors: []\nreplicates: 3\nperturbation: {spacing: 3 mm}\noutcomes: [stop_time]\n");
   const std::string html = page();
   EXPECT_EQ(flaw(html), "");

@@ -75,7 +75,8 @@ TEST(Scores, ExponentOfAPowerLaw) {
 }
 
 validation::FitInputs fit_inputs() {
-  return {{10.0, 20.0, 25.0, 30.0, 41.0, 48.0, 15.0}, {60.0, 20.0, 90.0, 75.0, 100.0, 40.0, 33.0},
+  return {{10.0, 20.0, 25.0, 30.0, 41.0, 48.0, 15.0},
+          {60.0, 20.0, 90.0, 75.0, 100.0, 40.0, 33.0},
           {120.0, 140.0, 131.0, 143.0, 128.0, 136.0, 139.0}};
 }
 
@@ -118,7 +119,8 @@ TEST(Fits, LeavingARowOutIsFittingTheOthers) {
       if (kind == validation::FitKind::log_log) {
         expected = std::exp(c[0]) * std::pow(v, c[1]) * std::pow(tail, c[2]) * std::pow(tons, c[3]);
       }
-      EXPECT_NEAR(all.left_out[out], expected, 1e-8 * expected) << validation::to_string(kind) << " without row " << out;
+      EXPECT_NEAR(all.left_out[out], expected, 1e-8 * expected)
+          << validation::to_string(kind) << " without row " << out;
       EXPECT_GT(std::abs(all.left_out[out] - all.fitted[out]), 1e-6);
     }
   }
@@ -131,9 +133,11 @@ TEST(Fits, RowsThatDoNotDetermineThemGiveNone) {
   EXPECT_TRUE(validation::fit(validation::FitKind::linear, in, real).coefficients.empty());
   EXPECT_TRUE(std::isnan(validation::fit(validation::FitKind::log_log, in, real).fitted[0]));
   EXPECT_EQ(validation::fit(validation::FitKind::straight_line, in, real).coefficients.size(), 2u);
-  EXPECT_TRUE(validation::fit(validation::FitKind::straight_line, {{20.0}, {60.0}, {130.0}}, {9.0}).coefficients.empty());
-  EXPECT_TRUE(validation::fit(validation::FitKind::log_log, {{1.0, 1.0, 1.0, 1.0}, {2.0, 3.0, 4.0, 6.0}, {5.0, 6.0, 8.0, 9.0}},
-                              {1.0, 2.0, 3.0, 4.0}).coefficients.empty());
+  EXPECT_TRUE(
+      validation::fit(validation::FitKind::straight_line, {{20.0}, {60.0}, {130.0}}, {9.0}).coefficients.empty());
+  EXPECT_TRUE(validation::fit(validation::FitKind::log_log,
+                              {{1.0, 1.0, 1.0, 1.0}, {2.0, 3.0, 4.0, 6.0}, {5.0, 6.0, 8.0, 9.0}}, {1.0, 2.0, 3.0, 4.0})
+                  .coefficients.empty());
 }
 
 }  // namespace

@@ -144,7 +144,8 @@ TEST_P(WithoutParts, ConvergesToThePapersModel) {
   EXPECT_LT(error[1] / error[2], 2.5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Readings, WithoutParts, testing::Values(inputs::OnTrackLaw::isotropic, inputs::OnTrackLaw::along_track));
+INSTANTIATE_TEST_SUITE_P(Readings, WithoutParts,
+                         testing::Values(inputs::OnTrackLaw::isotropic, inputs::OnTrackLaw::along_track));
 
 /// Passing of the point of derailment as the paper's model has it, on its own: no part of simulation/.
 class PaperSystem final : public test::ModelSystem {
@@ -203,7 +204,8 @@ TEST_P(PaperMethod, StillDrivesThePapersModelBitForBit) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, PaperMethod,
-                         testing::Values(inputs::Method::dormand_prince, inputs::Method::cash_karp, inputs::Method::bdf));
+                         testing::Values(inputs::Method::dormand_prince, inputs::Method::cash_karp,
+                                         inputs::Method::bdf));
 
 TEST(PaperMethod, IsTheDefault) {
   EXPECT_EQ(inputs::Solver{}.method, inputs::Method::dormand_prince);

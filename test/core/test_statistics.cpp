@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
 #include <boost/random/exponential_distribution.hpp>
 #include <boost/random/mersenne_twister.hpp>
-#include <gtest/gtest.h>
 
 #include "fixtures.hpp"
 #include "study_fixtures.hpp"
@@ -29,7 +29,8 @@ TEST(Statistics, QuantilesOfAKnownSample) {
   EXPECT_TRUE(std::isnan(study::spread({1.0}).sd));
 }
 
-// A real value drawn as the members are lies between their ranks as often as the header says, whatever the distribution.
+// A real value drawn as the members are lies between their ranks as often as the header says, whatever the
+// distribution.
 TEST(Statistics, PredictiveIntervalHoldsTheShareThatItsRanksSay) {
   boost::random::mt19937_64 generator(5);
   boost::random::exponential_distribution<double> draw(0.1);
@@ -82,7 +83,8 @@ TEST_F(SobolIndices, OfIshigami) {
         "  - {key: ground.on_track_friction, low: 0, high: 6.283185307179586}\n");
   const auto points = study::points(read("ishigami.yaml"));
   const auto f = [](const study::Point& p) {
-    const double x1 = std::stod(p.values[0]), x2 = std::stod(p.values[1]) - test::kPi, x3 = std::stod(p.values[2]) - test::kPi;
+    const double x1 = std::stod(p.values[0]), x2 = std::stod(p.values[1]) - test::kPi,
+                 x3 = std::stod(p.values[2]) - test::kPi;
     return std::sin(x1) + 7.0 * std::pow(std::sin(x2), 2) + 0.1 * std::pow(x3, 4) * std::sin(x1);
   };
   std::vector<double> a, b;

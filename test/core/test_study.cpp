@@ -44,7 +44,8 @@ class StudyTest : public test::StudyFolder {
     ASSERT_GE(child, 0);
     if (child == 0) {
       const std::atomic<bool> stop{false};
-      study::run_study(s, {(folder_ / out).string(), 1, false, {}}, [](const study::Progress&) {}, stop);
+      study::run_study(
+          s, {(folder_ / out).string(), 1, false, {}}, [](const study::Progress&) {}, stop);
       _exit(0);
     }
     const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -120,13 +121,15 @@ TEST_F(StudyTest, RandomPlansFillTheirRanges) {
 
 TEST_F(StudyTest, MistakesAreNamed) {
   const std::string head = "scenario: scenario.yaml\nfactors:\n";
-  EXPECT_EQ(error_of("scenario: scenario.yaml\n"), ":1: factors: missing; allowed: a list of groups; [] for an ensemble of the scenario itself");
+  EXPECT_EQ(error_of("scenario: scenario.yaml\n"),
+            ":1: factors: missing; allowed: a list of groups; [] for an ensemble of the scenario itself");
   EXPECT_EQ(error_of(head + "  - {key: initial.sped, scale: [1]}\n").substr(0, 60),
             ":3: factors.key = 'initial.sped': unknown key, or it has no ");
   EXPECT_EQ(error_of(head + "  - {key: initial.speed, scale: [-1]}\n"),
             ":3: initial.speed = '-8.9408': out of range; allowed: [0, 200] m/s");
   EXPECT_EQ(error_of(head + "  - {key: initial.speed, values: [5 ft]}\n"),
-            ":3: initial.speed = '5 ft': wrong dimension: 'ft' cannot be converted to 'm/s'; allowed: [0, 200] m/s (a number, or "
+            ":3: initial.speed = '5 ft': wrong dimension: 'ft' cannot be converted to 'm/s'; allowed: [0, 200] m/s (a "
+            "number, or "
             "with a unit as in \"1 mph\")");
   EXPECT_EQ(error_of(head + "  - {key: initial.speed}\n"),
             ":3: initial.speed: the plan needs either values or scale; allowed: values: [...] or scale: [...]");
@@ -174,7 +177,8 @@ TEST_F(StudyTest, AChangedStudyIsRefusedByNameOfTheChange) {
     run(read("changed.yaml"), "used", 2, true);
     FAIL() << "not refused";
   } catch (const std::runtime_error& e) {
-    EXPECT_NE(std::string(e.what()).find("factors/1/values/2: was \"0.7\", is now \"0.8\""), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("factors/1/values/2: was \"0.7\", is now \"0.8\""), std::string::npos)
+        << e.what();
   }
 }
 
@@ -201,7 +205,8 @@ TEST_F(StudyTest, ShardsMayBeginAtTheSameMoment) {
       if (shards.back() != 0) continue;
       try {
         study::claim_folder(out, study::to_json(s));
-        const study::Journal journal(out, study::journal_format(s), {i, kShards}, false, [](const study::JournalRow&) {});
+        const study::Journal journal(out, study::journal_format(s), {i, kShards}, false,
+                                     [](const study::JournalRow&) {});
         _exit(0);
       } catch (const std::exception& e) {
         std::fprintf(stderr, "shard %d: %s\n", i, e.what());
@@ -235,14 +240,19 @@ TEST_F(StudyTest, ReplicatesDifferOrAreRefused) {
   EXPECT_DOUBLE_EQ(s.perturbation.spacing, 0.003);
   EXPECT_EQ(run(s, "out", 2).runs, 5);
   std::set<std::string> outcomes;
-  for (const std::string& line : test::lines_of(runs_csv(s, "out"))) outcomes.insert(line.substr(line.find(',', line.find(',', line.find(',', line.find(',') + 1) + 1) + 1)));
+  for (const std::string& line : test::lines_of(runs_csv(s, "out")))
+    outcomes.insert(line.substr(line.find(',', line.find(',', line.find(',', line.find(',') + 1) + 1) + 1)));
   EXPECT_EQ(outcomes.size(), 6U) << "all differ";
   EXPECT_TRUE(study::write_results(path("out"), s, 0.0).warnings.empty());
-  EXPECT_EQ(with("{speed: 20 mph, yaw_rate: 0.2, perturbation: {spacing: 3 mm}}", "perturbation: {yaw_rate: 0.01}\n").perturbation.spacing, 0.0)
+  EXPECT_EQ(with("{speed: 20 mph, yaw_rate: 0.2, perturbation: {spacing: 3 mm}}", "perturbation: {yaw_rate: 0.01}\n")
+                .perturbation.spacing,
+            0.0)
       << "its own, whole";
 
-  const std::string cannot = "replicates = '5': the runs of a point cannot differ: ", allowed = "; allowed: 1, or a perturbation that acts";
-  EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "")), cannot + "there is no perturbation, neither of the study nor of its scenario" + allowed);
+  const std::string cannot = "replicates = '5': the runs of a point cannot differ: ",
+                    allowed = "; allowed: 1, or a perturbation that acts";
+  EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "")),
+            cannot + "there is no perturbation, neither of the study nor of its scenario" + allowed);
   EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2, perturbation: {spacing: 3 mm}}", "perturbation: {}\n")),
             cannot + "there is no perturbation, neither of the study nor of its scenario" + allowed);
   EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm}\n", 1)),
@@ -250,26 +260,34 @@ TEST_F(StudyTest, ReplicatesDifferOrAreRefused) {
   EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0}", "perturbation: {yaw_rate: 0.1}\n")),
             cannot + "of the perturbation, yaw_rate multiplies initial.yaw_rate, which is 0" + allowed);
   // Kicks without rails are refused by the scenario.
-  EXPECT_NE(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm, kick: 1 ft/s}\n")).find("initial.perturbation.kick"),
+  EXPECT_NE(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm, kick: 1 ft/s}\n"))
+                .find("initial.perturbation.kick"),
             std::string::npos);
   s = with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm}\n");
   s.factors = {{"initial.perturbation.seed", "", {"1", "2"}, {"1", "2"}, {}, 0.0, 0.0, "1", ""}};
-  EXPECT_EQ(refused(s), "replicates = '5': the runs of a point cannot differ: initial.perturbation.seed is one of the factors; allowed: 1");
+  EXPECT_EQ(refused(s),
+            "replicates = '5': the runs of a point cannot differ: initial.perturbation.seed is one of the factors; "
+            "allowed: 1");
 
   // Where only some points are so, it is said.
-  write("some.yaml", "scenario: base.yaml\nplan: grid\nfactors:\n  - {key: initial.yaw_rate, values: [0, 0.2]}\nreplicates: 3\nperturbation: {yaw_rate: 0.1}\n");
+  write("some.yaml",
+        "scenario: base.yaml\nplan: grid\nfactors:\n  - {key: initial.yaw_rate, values: [0, 0.2]}\nreplicates: "
+        "3\nperturbation: {yaw_rate: 0.1}\n");
   const std::vector<std::string> warnings = study::check(read("some.yaml"));
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("1 of 2 points have runs that cannot differ: initial.yaw_rate=0: "), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("1 of 2 points have runs that cannot differ: initial.yaw_rate=0: "), std::string::npos)
+      << warnings[0];
   run(read("some.yaml"), "some", 2);
   const study::Totals totals = study::write_results(path("some"), read("some.yaml"), 0.0);
   ASSERT_EQ(totals.warnings.size(), 1U) << "and seen in what came out";
-  EXPECT_NE(totals.warnings[0].find("1 of 2 points: all runs are the same run"), std::string::npos) << totals.warnings[0];
+  EXPECT_NE(totals.warnings[0].find("1 of 2 points: all runs are the same run"), std::string::npos)
+      << totals.warnings[0];
 }
 
 // A seed without a perturbation is an input without effect: runs that need none are not warned of it.
 TEST_F(StudyTest, RunsWithoutPerturbationHaveNoSeedToBeWarnedOf) {
-  write("plain.yaml", "scenario: scenario.yaml\nplan: grid\nfactors:\n  - {key: initial.speed, values: [10 mph, 20 mph]}\n");
+  write("plain.yaml",
+        "scenario: scenario.yaml\nplan: grid\nfactors:\n  - {key: initial.speed, values: [10 mph, 20 mph]}\n");
   const study::Study s = read("plain.yaml");
   EXPECT_EQ(study::scenario_of(s, study::Points(s)[0], study::run_of(s, 0)).initial.perturbation.seed, 0);
   run(s, "out", 1);
@@ -283,19 +301,24 @@ TEST_F(StudyTest, TheAccidentsPerturbationActsInAStudyOverIt) {
   EXPECT_EQ(s.perturbation.kick, s.base.initial.perturbation.kick);
   const study::Points points(s);
   ASSERT_EQ(points.size(), 1);
-  EXPECT_EQ(study::scenario_of(s, points[0], study::run_of(s, 1)).initial.perturbation.alignment, s.base.initial.perturbation.alignment);
+  EXPECT_EQ(study::scenario_of(s, points[0], study::run_of(s, 1)).initial.perturbation.alignment,
+            s.base.initial.perturbation.alignment);
   EXPECT_NE(study::run_of(s, 0).seed, study::run_of(s, 1).seed);
 }
 
 TEST_F(StudyTest, HugeStudiesAreRefusedByTheirNumber) {
   std::string factors;
-  for (const char* key : {"initial.speed", "initial.yaw_rate", "coupler.length", "coupler.slack", "stop.speed", "stop.time_max", "ground.off_track_friction",
-                          "ground.on_track_friction", "ground.regularization_speed", "outcome.off_track_threshold"}) {
+  for (const char* key : {"initial.speed", "initial.yaw_rate", "coupler.length", "coupler.slack", "stop.speed",
+                          "stop.time_max", "ground.off_track_friction", "ground.on_track_friction",
+                          "ground.regularization_speed", "outcome.off_track_threshold"}) {
     factors += std::string("  - {key: ") + key + ", values: [1, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.9]}\n";
   }
-  EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: grid\nreplicates: 3\nperturbation: {spacing: 3 mm}\nfactors:\n" + factors),
+  EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: grid\nreplicates: 3\nperturbation: {spacing: 3 mm}\nfactors:\n" +
+                     factors),
             ": plan: 10000000000 points with 3 runs each are 30000000000 runs; allowed: at most 4000000 runs");
-  const std::string two = "factors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n  - {key: initial.yaw_rate, low: 0.1, high: 0.3}\n";
+  const std::string two =
+      "factors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n  - {key: initial.yaw_rate, low: 0.1, high: "
+      "0.3}\n";
   EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: saltelli\nsamples: 2000000\n" + two),
             ": plan: 8000000 points with 1 runs each are 8000000 runs; allowed: at most 4000000 runs");
   EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 5\nreplicates: 1000000\n" + two),
@@ -303,15 +326,20 @@ TEST_F(StudyTest, HugeStudiesAreRefusedByTheirNumber) {
   study::Study s = read();
   s.plan = study::Plan::grid;
   s.factors.assign(200, s.factors.front());  // 3^200 points: beyond all integers
-  EXPECT_NE(refusal([&] { study::Points points(s); }).find("2.66e+95 points with 5 runs each are 1.33e+96 runs"), std::string::npos)
+  EXPECT_NE(refusal([&] { study::Points points(s); }).find("2.66e+95 points with 5 runs each are 1.33e+96 runs"),
+            std::string::npos)
       << refusal([&] { study::Points points(s); });
   s.plan = study::Plan::latin_hypercube;
   s.samples = 400'000;
   s.replicates = 1;
-  EXPECT_NE(refusal([&] { study::Points points(s); }).find("400000 samples of 200 inputs are 80000000 numbers; allowed: at most 20000000 numbers"), std::string::npos);
+  EXPECT_NE(refusal([&] {
+              study::Points points(s);
+            }).find("400000 samples of 200 inputs are 80000000 numbers; allowed: at most 20000000 numbers"),
+            std::string::npos);
   std::string values = "1";
   for (int i = 0; i < 10000; ++i) values += ", 1";
-  EXPECT_NE(error_of("scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [" + values + "]}\n").find("10001 values in all; allowed: at most 10000"),
+  EXPECT_NE(error_of("scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [" + values + "]}\n")
+                .find("10001 values in all; allowed: at most 10000"),
             std::string::npos);
 }
 
@@ -325,19 +353,23 @@ TEST_F(StudyTest, ThousandsOfThreadsAreNotStarted) {
 
 // One run that takes long is given up; it is not in the journal.
 TEST_F(StudyTest, ALongRunIsGivenUpWhenStopped) {
-  write("long.yaml", "consist:\n  - {count: 200, length: 61.1 ft, weight: 150 kip}\ninitial: {speed: 60 mph, yaw_rate: 0.2}\n"
-                     "stop: {time_max: 100000 s, speed: 0}\noutput: {interval: 1 s}\noutcome: {sample_interval: 1 s}\nsolver: {rtol: 1e-13, atol: 1e-13, steps_max: 1000000000}\n");
+  write("long.yaml",
+        "consist:\n  - {count: 200, length: 61.1 ft, weight: 150 kip}\ninitial: {speed: 60 mph, yaw_rate: 0.2}\n"
+        "stop: {time_max: 100000 s, speed: 0}\noutput: {interval: 1 s}\noutcome: {sample_interval: 1 s}\nsolver: "
+        "{rtol: 1e-13, atol: 1e-13, steps_max: 1000000000}\n");
   write("one.yaml", "scenario: long.yaml\nfactors: []\n");
   const study::Study s = read("one.yaml");
   std::atomic<bool> stop{false};
   std::chrono::steady_clock::time_point asked;
   std::thread stopper([&] {
     const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (text_of(folder_ / "out/journal.csv").empty() && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
+    while (text_of(folder_ / "out/journal.csv").empty() && std::chrono::steady_clock::now() < give_up)
+      std::this_thread::yield();
     asked = std::chrono::steady_clock::now();
     stop = true;
   });
-  const study::RunReport report = study::run_study(s, {path("out"), 1, false, {}}, [](const study::Progress&) {}, stop);
+  const study::RunReport report = study::run_study(
+      s, {path("out"), 1, false, {}}, [](const study::Progress&) {}, stop);
   stopper.join();
   EXPECT_LT(std::chrono::steady_clock::now() - asked, std::chrono::seconds(2));
   EXPECT_TRUE(report.stopped);
@@ -348,10 +380,13 @@ TEST_F(StudyTest, ALongRunIsGivenUpWhenStopped) {
 TEST_F(StudyTest, PointsAndTablesAreGivenUpWhenStopped) {
   const std::atomic<bool> stop{true};
   study::Study s = read();
-  write("sobol.yaml", "scenario: scenario.yaml\nplan: saltelli\nsamples: 100000\nfactors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n");
+  write("sobol.yaml",
+        "scenario: scenario.yaml\nplan: saltelli\nsamples: 100000\nfactors:\n  - {key: initial.speed, low: 10 mph, "
+        "high: 20 mph}\n");
   EXPECT_THROW(study::Points(read("sobol.yaml"), &stop), study::Stopped);
   EXPECT_THROW(study::check(s, &stop), study::Stopped);
-  const study::RunReport report = study::run_study(s, {path("out"), 1, false, {}}, [](const study::Progress&) {}, stop);
+  const study::RunReport report = study::run_study(
+      s, {path("out"), 1, false, {}}, [](const study::Progress&) {}, stop);
   EXPECT_TRUE(report.stopped);
   run(s, "whole", 1);
   EXPECT_THROW(study::write_results(path("whole"), s, 0.0, &stop), study::Stopped);
@@ -360,25 +395,31 @@ TEST_F(StudyTest, PointsAndTablesAreGivenUpWhenStopped) {
 }
 
 TEST_F(StudyTest, NamesOfPointsAreWhatTheFileSays) {
-  write("named.yaml", "scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [10 mph, 4]}\n"
-                      "  - {key: ground.off_track_friction, values: [22.5 %, 0.225], scale: []}\n  - {key: coupler.slack, scale: [1.5]}\n"
-                      "  - {key: initial.yaw_rate, scale: [3]}\n");
+  write("named.yaml",
+        "scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [10 mph, 4]}\n"
+        "  - {key: ground.off_track_friction, values: [22.5 %, 0.225], scale: []}\n  - {key: coupler.slack, scale: "
+        "[1.5]}\n"
+        "  - {key: initial.yaw_rate, scale: [3]}\n");
   const study::Study s = read("named.yaml");
   const study::Points points(s);
   std::vector<std::string> names;
   for (std::int64_t i = 0; i < points.size(); ++i) names.push_back(points.name(i));
-  EXPECT_EQ(names, (std::vector<std::string>{"base", "initial.speed=10 mph", "initial.speed=4", "ground.off_track_friction=22.5 %",
-                                             "ground.off_track_friction=0.225", names[5], "initial.yaw_rate=0.6 rad/s"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"base", "initial.speed=10 mph", "initial.speed=4",
+                                             "ground.off_track_friction=22.5 %", "ground.off_track_friction=0.225",
+                                             names[5], "initial.yaw_rate=0.6 rad/s"}));
   EXPECT_EQ(names[5].find("coupler.slack="), 0U);
   EXPECT_EQ(names[5].substr(names[5].size() - 3), " ft") << names[5];
   EXPECT_EQ(points[1].values[0], "4.4704") << "in SI, exact";
 }
 
 TEST_F(StudyTest, TextFactorsWithWhateverStandsInThem) {
-  write("text.yaml", "scenario: scenario.yaml\nplan: grid\nfactors:\n  - {key: \"consist[0].name\", values: [tank_car, \"hopper, steel\", 'say \"hi\"', "
-                     "\"two\\nlines\", \"a: b\", \"[x]\", \"# no\", \"~\"]}\noutcomes: [stop_time]\n");
+  write("text.yaml",
+        "scenario: scenario.yaml\nplan: grid\nfactors:\n  - {key: \"consist[0].name\", values: [tank_car, \"hopper, "
+        "steel\", 'say \"hi\"', "
+        "\"two\\nlines\", \"a: b\", \"[x]\", \"# no\", \"~\"]}\noutcomes: [stop_time]\n");
   const study::Study s = read("text.yaml");
-  EXPECT_EQ(s.factors[0].values, (std::vector<std::string>{"tank_car", "hopper, steel", "say \"hi\"", "two\nlines", "a: b", "[x]", "# no", "~"}));
+  EXPECT_EQ(s.factors[0].values, (std::vector<std::string>{"tank_car", "hopper, steel", "say \"hi\"", "two\nlines",
+                                                           "a: b", "[x]", "# no", "~"}));
   run(s, "out", 2);
   study::write_results(path("out"), s, 0.0);
   const std::string summary = text_of(folder_ / "out/summary.csv");
@@ -397,28 +438,35 @@ TEST_F(StudyTest, TextFactorsWithWhateverStandsInThem) {
   EXPECT_GT(first, 0.0);
   EXPECT_LE(first, 2.0);
   for (const char* key : {"title", "values", "label"}) {
-    const std::string bad = std::string("scenario: scenario.yaml\ntitle: ") + (std::string(key) == "title" ? "\"\xFF\"" : "t") + "\nplan: grid\nfactors:\n" +
-                            "  - {key: \"consist[0].name\", label: " + (std::string(key) == "label" ? "a\xFF" : "l") + ", values: [" +
-                            (std::string(key) == "values" ? "a\xC0" : "v") + "]}\n";
+    const std::string bad = std::string("scenario: scenario.yaml\ntitle: ") +
+                            (std::string(key) == "title" ? "\"\xFF\"" : "t") + "\nplan: grid\nfactors:\n" +
+                            "  - {key: \"consist[0].name\", label: " + (std::string(key) == "label" ? "a\xFF" : "l") +
+                            ", values: [" + (std::string(key) == "values" ? "a\xC0" : "v") + "]}\n";
     EXPECT_NE(error_of(bad).find("UTF-8"), std::string::npos) << key << error_of(bad);
   }
 }
 
 TEST_F(StudyTest, GivenTwice) {
-  EXPECT_EQ(error_of("scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [1]}\n  - {key: initial.speed, values: [2]}\n"),
+  EXPECT_EQ(error_of("scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [1]}\n  - {key: "
+                     "initial.speed, values: [2]}\n"),
             ":4: factors.key = 'initial.speed': given twice; allowed: every key once");
   EXPECT_EQ(error_of("scenario: scenario.yaml\noutcomes: [stop_time, stop_time]\nfactors: []\n"),
             ":2: outcomes = 'stop_time': given twice; allowed: every name once");
   EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 4\nfactors: []\n"),
             ":4: factors = '[]': the plan samples inputs, and there are none; allowed: at least one, or another plan");
-  EXPECT_NE(error_of("scenario: scenario.yaml\nfactors:\n  - {key: coupler.break_draft, scale: [0.5]}\n").find("the base value is infinite, cannot be scaled"),
+  EXPECT_NE(error_of("scenario: scenario.yaml\nfactors:\n  - {key: coupler.break_draft, scale: [0.5]}\n")
+                .find("the base value is infinite, cannot be scaled"),
             std::string::npos);
-  EXPECT_NE(error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 4\nfactors:\n  - {key: coupler.swing_moment_max, low: 1e5, high: .inf}\n")
-                .find("not a finite number, cannot be sampled"), std::string::npos);
+  EXPECT_NE(error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 4\nfactors:\n  - {key: coupler.swing_moment_max, "
+                     "low: 1e5, high: .inf}\n")
+                .find("not a finite number, cannot be sampled"),
+            std::string::npos);
 }
 
 TEST_F(StudyTest, AnEnsembleByTheCommandLine) {
-  write("jitter.yaml", text_of(folder_ / "scenario.yaml").insert(text_of(folder_ / "scenario.yaml").find("yaw_rate: 0.2") + 13, ", perturbation: {spacing: 3 mm, seed: 5}"));
+  write("jitter.yaml", text_of(folder_ / "scenario.yaml")
+                           .insert(text_of(folder_ / "scenario.yaml").find("yaw_rate: 0.2") + 13,
+                                   ", perturbation: {spacing: 3 mm, seed: 5}"));
   const test::Result table = derail("run jitter.yaml --seeds 7 --csv runs.csv --json out.json --jobs 2");
   ASSERT_EQ(table.code, 0) << table.out;
   EXPECT_NE(table.out.find("7 runs, each with a seed of its own"), std::string::npos) << table.out;
@@ -473,7 +521,9 @@ TEST_F(StudyTest, WarningsOfRunsAreCounted) {
 }
 
 TEST_F(StudyTest, FailedRunsStayWithTheirReason) {
-  write("failing.yaml", "scenario: scenario.yaml\nfactors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\nperturbation: {spacing: 3 mm}\n");
+  write("failing.yaml",
+        "scenario: scenario.yaml\nfactors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\nperturbation: "
+        "{spacing: 3 mm}\n");
   const study::Study s = read("failing.yaml");
   const study::RunReport report = run(s, "failing", 2);
   EXPECT_EQ(report.runs, 4);
@@ -482,7 +532,8 @@ TEST_F(StudyTest, FailedRunsStayWithTheirReason) {
   EXPECT_NE(text.find("integration_failed,20,"), std::string::npos) << text;
   EXPECT_NE(text.find("solver.steps_max = 20"), std::string::npos);
   study::write_summary((folder_ / "failing").string(), s);
-  EXPECT_NE(text_of(folder_ / "failing" / "summary.csv").find(",0,2,nan"), std::string::npos) << "no mean of failed runs";
+  EXPECT_NE(text_of(folder_ / "failing" / "summary.csv").find(",0,2,nan"), std::string::npos)
+      << "no mean of failed runs";
 }
 
 TEST_F(StudyTest, AJournalThatCannotBeWrittenIsSaidAndStaysWhole) {
@@ -516,14 +567,16 @@ TEST_F(StudyTest, WidenedAboutTheMiddlesOfTheRanges) {
         "  - {key: coupler.stiffness, distribution: log_uniform, low: 2e6, high: 8e6}\n"
         "  - {key: ground.off_track_friction, low: 0.1, high: 0.7}\n");
   const study::Study s = read("ranges.yaml");
-  const auto range = [](const study::Study& w, std::size_t i) { return std::make_pair(w.factors[i].low, w.factors[i].high); };
+  const auto range = [](const study::Study& w, std::size_t i) {
+    return std::make_pair(w.factors[i].low, w.factors[i].high);
+  };
   const study::Study w = study::widened(s, 2.0);
   EXPECT_EQ(range(study::widened(s, 1.0), 1), range(s, 1));
-  EXPECT_NEAR(range(w, 0).first, 0.2, 1e-12);    // 0.3 to 0.5
+  EXPECT_NEAR(range(w, 0).first, 0.2, 1e-12);  // 0.3 to 0.5
   EXPECT_NEAR(range(w, 0).second, 0.6, 1e-12);
-  EXPECT_NEAR(range(w, 1).first, 1e6, 1e-6);     // log, 2e6 to 8e6
+  EXPECT_NEAR(range(w, 1).first, 1e6, 1e-6);  // log, 2e6 to 8e6
   EXPECT_NEAR(range(w, 1).second, 16e6, 1e-6);
-  EXPECT_NEAR(range(w, 2).first, 0.02, 1e-12);   // 0.1 to 0.7: not below a twentieth of 0.4
+  EXPECT_NEAR(range(w, 2).first, 0.02, 1e-12);  // 0.1 to 0.7: not below a twentieth of 0.4
   EXPECT_NEAR(range(w, 2).second, 1.0, 1e-12);
   EXPECT_THROW(study::widened(s, 40.0), inputs::InputError);  // friction above 10
   // The same from the file; asked for, another one.
@@ -547,7 +600,9 @@ TEST_F(StudyTest, WidenedAboutTheMiddlesOfTheRanges) {
   } catch (const inputs::InputError& e) {
     EXPECT_EQ(e.key(), "perturbation.kick");
   }
-  write("grid.yaml", "scenario: scenario.yaml\nplan: grid\nspread: 2\nfactors:\n  - {key: ground.on_track_friction, values: [0.3]}\n");
+  write(
+      "grid.yaml",
+      "scenario: scenario.yaml\nplan: grid\nspread: 2\nfactors:\n  - {key: ground.on_track_friction, values: [0.3]}\n");
   try {
     read("grid.yaml");
     ADD_FAILURE();

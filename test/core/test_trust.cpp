@@ -1,5 +1,5 @@
-// Numbers that can be believed: peaks between messages are peaks, limits hold within a step, steps that are too long are refused, runs that
-// have blown up fail, and neighbours that have parted are not compared.
+// Numbers that can be believed: peaks between messages are peaks, limits hold within a step, steps that are too long
+// are refused, runs that have blown up fail, and neighbours that have parted are not compared.
 #include <atomic>
 #include <filesystem>
 #include <string>
@@ -42,7 +42,8 @@ TEST_P(Peaks, OfMessagesAreThoseOfTheRun) {
       EXPECT_GE(b.buff_peak, b.axial_force);
       EXPECT_GE(b.draft_peak, -b.axial_force);
       EXPECT_LE(b.buff_peak_time, now.time);
-      if (b.buff_peak > 0.0) EXPECT_GE(b.buff_peak_time, last - 0.01);  // of a step that had begun before the last message
+      if (b.buff_peak > 0.0)
+        EXPECT_GE(b.buff_peak_time, last - 0.01);  // of a step that had begun before the last message
       buff = std::max(buff, b.buff_peak);
       draft = std::max(draft, b.draft_peak);
       sampled = std::max(sampled, std::abs(b.axial_force));
@@ -146,7 +147,8 @@ TEST(StepLimit, IsBelowTheStepAtWhichASpringBlowsUpAndNotFarBelow) {
   s.coupler.stiffness = 1e8;
   s.initial.speed = 5.0;
   s.stop.time_max = 2.0;
-  const double mass = s.consist[0].weight / inputs::kStandardGravity, exact = 2.0 / std::sqrt(2.0 * s.coupler.stiffness / mass);
+  const double mass = s.consist[0].weight / inputs::kStandardGravity,
+               exact = 2.0 / std::sqrt(2.0 * s.coupler.stiffness / mass);
   const model::StepLimit limit = model::step_limits(s).front();
   EXPECT_EQ(limit.key, "coupler.stiffness");
   EXPECT_LT(limit.step_max, exact);

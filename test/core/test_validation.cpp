@@ -197,7 +197,8 @@ const std::string Validate::kStudy =
     "seed: 7\n";
 
 const std::string Validate::kTable =
-    "station,speed_mph,n_cars,tons_per_car,head_end_locos,mid_locos,rear_locos,first_car_position,cars_from_pod_to_rear,cars_derailed\n"
+    "station,speed_mph,n_cars,tons_per_car,head_end_locos,mid_locos,rear_locos,first_car_position,cars_from_pod_to_"
+    "rear,cars_derailed\n"
     "ONE,31,6,140.5,2,0,0,2,5,3\n"
     "\"TWO, NORTH\",12.5,5,130,1,0,1,1,5,2\n"
     "THREE,45,8,135,2,1,0,3,6,5\n";
@@ -240,13 +241,17 @@ TEST_F(Validate, BadTablesAreRefusedByFileLineColumnValue) {
             file + ":1: tons_per_car: missing column; allowed: a column of this name (docs/validation.md)");
   EXPECT_EQ(refusal(with("ONE,31", "ONE,fast")),
             file + ":2: speed_mph = 'fast': not a number of this kind; allowed: a number, 0 < speed_mph <= 300");
-  EXPECT_EQ(refusal(with("12.5,5", "12.5,0")), file + ":3: n_cars = '0': out of range; allowed: a whole number from 1 to 1000");
+  EXPECT_EQ(refusal(with("12.5,5", "12.5,0")),
+            file + ":3: n_cars = '0': out of range; allowed: a whole number from 1 to 1000");
   EXPECT_EQ(refusal(with("12.5,5", "12.5,5.5")),
             file + ":3: n_cars = '5.5': not a number of this kind; allowed: a whole number from 1 to 1000");
-  EXPECT_EQ(refusal(with("3,6,5", "4,6,5")),
-            file + ":4: cars_from_pod_to_rear = '6': does not go with first_car_position = 4 and n_cars = 8; allowed: n_cars - "
-                   "first_car_position + 1 = 5");
-  EXPECT_EQ(refusal(with("3,6,5", "3,6,9")), file + ":4: cars_derailed = '9': out of range; allowed: a whole number from 1 to 8");
+  EXPECT_EQ(
+      refusal(with("3,6,5", "4,6,5")),
+      file +
+          ":4: cars_from_pod_to_rear = '6': does not go with first_car_position = 4 and n_cars = 8; allowed: n_cars - "
+          "first_car_position + 1 = 5");
+  EXPECT_EQ(refusal(with("3,6,5", "3,6,9")),
+            file + ":4: cars_derailed = '9': out of range; allowed: a whole number from 1 to 8");
   EXPECT_NE(refusal(with("ONE,31", "ONE,")).find(":2: speed_mph: not a number"), std::string::npos);
   EXPECT_NE(refusal(with("ONE,31", "ONE,nan")).find("speed_mph = 'nan': out of range"), std::string::npos);
   EXPECT_NE(refusal(with("140.5,2,", "140.5,-2,")).find("head_end_locos = '-2': out of range"), std::string::npos);
@@ -260,8 +265,9 @@ TEST_F(Validate, AllBadRowsAreToldAtOnceOrLeftOut) {
   text += "FOUR,30,8,2,0,0,0,1,8,9\nFIVE,30,8\n";
   const std::string said = refusal(text), file = (folder_ / "table.csv").string();
   EXPECT_EQ(said.substr(0, said.find('\n')), file + ": 3 of 5 rows cannot be used; --skip-invalid leaves them out:");
-  for (const char* line : {":2: speed_mph = 'fast'", ":5: tons_per_car = '2': out of range; allowed: a number, 10 <= tons_per_car",
-                           ":5: cars_derailed = '9': out of range", ":6: 3 fields; allowed: 10, as columns"}) {
+  for (const char* line :
+       {":2: speed_mph = 'fast'", ":5: tons_per_car = '2': out of range; allowed: a number, 10 <= tons_per_car",
+        ":5: cars_derailed = '9': out of range", ":6: 3 fields; allowed: 10, as columns"}) {
     EXPECT_NE(said.find("\n  " + file + line), std::string::npos) << line << " in " << said;
   }
   const validation::AccidentTable t = validation::read_accidents(write("table.csv", text).string(), true);
@@ -269,28 +275,32 @@ TEST_F(Validate, AllBadRowsAreToldAtOnceOrLeftOut) {
   ASSERT_EQ(t.left_out.size(), 3u);
   EXPECT_EQ(t.left_out[0].line, 2u);
   EXPECT_NE(t.left_out[1].text.find("; cars_derailed = '9'"), std::string::npos) << t.left_out[1].text;
-  EXPECT_THROW(validation::read_accidents(write("table.csv", text.substr(0, text.find("\"TWO"))).string(), true), inputs::InputError);
+  EXPECT_THROW(validation::read_accidents(write("table.csv", text.substr(0, text.find("\"TWO"))).string(), true),
+               inputs::InputError);
 }
 
 TEST_F(Validate, AFurtherCommaAtTheEndOfRowsIsNoColumn) {
   std::string text = kTable;
-  for (std::size_t at = text.find('\n') + 1; (at = text.find('\n', at)) != std::string::npos; at += 2) text.insert(at, ",");
+  for (std::size_t at = text.find('\n') + 1; (at = text.find('\n', at)) != std::string::npos; at += 2)
+    text.insert(at, ",");
   EXPECT_EQ(table(text).rows.size(), 3u);
   EXPECT_EQ(table(text).rows[2].cars_derailed, 5);
 }
 
 TEST_F(Validate, ReadsReportsAsPublished) {
   const std::string head =
-      "\"RAILROAD\",\"INCDTNO\",\"RR2\",\"INCDTNO2\",\"YEAR4\",\"MONTH\",\"DAY\",\"TYPE\",\"TRNSPD\",\"TONS\",\"POSITON1\",\"HEADEND1\",\"MIDREM1\","
+      "\"RAILROAD\",\"INCDTNO\",\"RR2\",\"INCDTNO2\",\"YEAR4\",\"MONTH\",\"DAY\",\"TYPE\",\"TRNSPD\",\"TONS\","
+      "\"POSITON1\",\"HEADEND1\",\"MIDREM1\","
       "\"RREM1\",\"LOADF1\",\"LOADP1\",\"EMPTYF1\",\"EMPTYP1\",\"LOADF2\",\"LOADP2\",\"EMPTYF2\",\"EMPTYP2\",CAUSE\n";
   const std::string rows =
       "UP,1,,,2010,09,05,01,025,14000,008,2,1,,100,0,0,0,20,0,0,0,T207,\n"
-      "XX,9,UP,1,2010,09,05,01,000,0,000,0,0,0,0,0,0,0,0,0,0,0,T207,\n"     // the same accident by another railroad
-      "UP,2,,,2010,09,06,01,030,14000,101,3,0,0,90,0,10,0,5,0,1,0,H307,\n"  // the position counts locomotives
-      "UP,2,,,2010,09,06,01,030,14000,101,3,0,0,90,0,10,0,5,0,1,0,H307,\n"  // twice
-      "UP,3,,,2010,09,07,07,030,14000,001,3,0,0,90,0,10,0,5,0,1,0,M302,\n"  // no derailment
-      "UP,4,,,2010,09,08,01,000,0,001,3,0,0,100,0,0,0,0,0,0,0,T207,\n"      // no speed, no weight, no car
-      "UP,1,,,2011,09,05,01,025,14000,150,2,0,0,100,0,0,0,20,0,0,0,T207,\n";  // a number used again next year; no such position
+      "XX,9,UP,1,2010,09,05,01,000,0,000,0,0,0,0,0,0,0,0,0,0,0,T207,\n"       // the same accident by another railroad
+      "UP,2,,,2010,09,06,01,030,14000,101,3,0,0,90,0,10,0,5,0,1,0,H307,\n"    // the position counts locomotives
+      "UP,2,,,2010,09,06,01,030,14000,101,3,0,0,90,0,10,0,5,0,1,0,H307,\n"    // twice
+      "UP,3,,,2010,09,07,07,030,14000,001,3,0,0,90,0,10,0,5,0,1,0,M302,\n"    // no derailment
+      "UP,4,,,2010,09,08,01,000,0,001,3,0,0,100,0,0,0,0,0,0,0,T207,\n"        // no speed, no weight, no car
+      "UP,1,,,2011,09,05,01,025,14000,150,2,0,0,100,0,0,0,20,0,0,0,T207,\n";  // a number used again next year; no such
+                                                                              // position
   const std::string path = write("form.csv", head + rows).string();
   const validation::AccidentTable t = validation::read_accidents(path, true);
   ASSERT_EQ(t.rows.size(), 2u);
@@ -329,7 +339,8 @@ TEST_F(Validate, ReadsReportsAsPublished) {
 }
 
 TEST_F(Validate, RowsOutsideOfTheFittedClassAreTold) {
-  write("class.yaml", "title: heavy and fast\nranges:\n  tons_per_car: [132, 150]\n  empty_cars: [0, 2]\ncauses: [T207]\n");
+  write("class.yaml",
+        "title: heavy and fast\nranges:\n  tons_per_car: [132, 150]\n  empty_cars: [0, 2]\ncauses: [T207]\n");
   const auto of = [&](const std::string& rows) {
     const std::string study = kStudy + "fitted_on: class.yaml\n";
     const std::string head = kTable.substr(0, kTable.find('\n')) + ",cause,empty\n";
@@ -344,15 +355,20 @@ TEST_F(Validate, RowsOutsideOfTheFittedClassAreTold) {
   EXPECT_EQ(of(inside).find("fitted class"), std::string::npos);
 
   const std::string said = of(inside + light + other);
-  EXPECT_NE(said.find("warning: 2 of 3 rows lie outside of what the base was fitted on (heavy and fast)"), std::string::npos) << said;
-  EXPECT_NE(said.find("line 3 is outside of the fitted class: tons_per_car 130 (fitted: 132 to 150)"), std::string::npos) << said;
+  EXPECT_NE(said.find("warning: 2 of 3 rows lie outside of what the base was fitted on (heavy and fast)"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.find("line 3 is outside of the fitted class: tons_per_car 130 (fitted: 132 to 150)"),
+            std::string::npos)
+      << said;
   EXPECT_NE(said.find("empty_cars 3 (fitted: 0 to 2); cause H307"), std::string::npos) << said;
   EXPECT_NE(said.find("inside of the fitted class (1 rows)"), std::string::npos) << said;
   EXPECT_NE(said.find("outside of the fitted class (2 rows)"), std::string::npos) << said;
   const auto j = nlohmann::json::parse(test::text_of(folder_ / "out2" / "validation.json"));
   EXPECT_EQ(j.at("outside"), 2);
   int of_class = 0;
-  for (const auto& warning : j.at("warnings")) of_class += warning.get<std::string>().find("fitted") != std::string::npos ? 1 : 0;
+  for (const auto& warning : j.at("warnings"))
+    of_class += warning.get<std::string>().find("fitted") != std::string::npos ? 1 : 0;
   EXPECT_EQ(of_class, 3);
   EXPECT_EQ(j.at("groups").at(1).at("name"), "inside of the fitted class");
   EXPECT_EQ(j.at("groups").at(2).at("rows"), 2);
@@ -362,7 +378,9 @@ TEST_F(Validate, RowsOutsideOfTheFittedClassAreTold) {
 
   EXPECT_NE(of(silent).find("warning: the table does not tell cause of every row"), std::string::npos);
   write("study.yaml", kStudy);
-  EXPECT_NE(derail("validate table.csv --study study.yaml --out out9").out.find("does not say what its base was fitted on"), std::string::npos);
+  EXPECT_NE(
+      derail("validate table.csv --study study.yaml --out out9").out.find("does not say what its base was fitted on"),
+      std::string::npos);
 }
 
 TEST_F(Validate, TheShippedClassIsThatOfTheExample) {
@@ -375,7 +393,8 @@ TEST_F(Validate, TheShippedClassIsThatOfTheExample) {
     empty.cause = "H307";
     EXPECT_EQ(validation::outside(of, empty), "tons_per_car 30 (fitted: 111 to 188.9); cause H307");
   }
-  for (const char* text : {"ranges: {speed: [1, 2]}", "ranges: {speed_mph: [2, 1]}", "ranges: {speed_mph: fast}", "causes: T207", "fast: 1", "[1]"}) {
+  for (const char* text : {"ranges: {speed: [1, 2]}", "ranges: {speed_mph: [2, 1]}", "ranges: {speed_mph: fast}",
+                           "causes: T207", "fast: 1", "[1]"}) {
     EXPECT_THROW(validation::read_fitted_class(write("class.yaml", text).string()), inputs::InputError) << text;
   }
 }
@@ -391,7 +410,8 @@ TEST_F(Validate, StudiesThatCannotServeAreRefused) {
     return "";
   };
   EXPECT_EQ(refused("rails.derail_ratio", "initial.speed"), "factors.key: the rows of the table decide it");
-  EXPECT_EQ(refused("rails.derail_ratio, low: 0.8, high: 1.1", "\"consist[1].weight\", low: 200 kip, high: 286 kip"), "factors.key: the rows of the table decide it");
+  EXPECT_EQ(refused("rails.derail_ratio, low: 0.8, high: 1.1", "\"consist[1].weight\", low: 200 kip, high: 286 kip"),
+            "factors.key: the rows of the table decide it");
   EXPECT_EQ(refused("latin_hypercube", "saltelli"), "plan: every row needs a random sample of its own");
   EXPECT_EQ(refused("latin_hypercube", "sobol"), "plan: every row needs a random sample of its own");
 }
@@ -402,7 +422,8 @@ TEST_F(Validate, ARowThatTheScenarioCannotTakeIsNamed) {
   s.base.initial.perturbation = {};
   const std::atomic<bool> stop{false};
   try {
-    validation::run(s, table(), 1, [](const study::Progress&) {}, stop);
+    validation::run(
+        s, table(), 1, [](const study::Progress&) {}, stop);
     FAIL();
   } catch (const inputs::InputError& e) {
     EXPECT_EQ(e.where(), (folder_ / "table.csv").string() + ":2: scenario");
@@ -415,17 +436,21 @@ TEST_F(Validate, DependsNeitherOnThreadsNorOnTheOtherRows) {
   const validation::AccidentTable all = table();
   const std::atomic<bool> stop{false};
   std::int64_t calls = 0;
-  const validation::Ensembles one = validation::run(s, all, 1, [&](const study::Progress& p) { EXPECT_EQ(p.done, ++calls); }, stop);
+  const validation::Ensembles one = validation::run(
+      s, all, 1, [&](const study::Progress& p) { EXPECT_EQ(p.done, ++calls); }, stop);
   EXPECT_EQ(calls, 9);
   ASSERT_EQ(one.members.size(), 9u);
   EXPECT_EQ(one.failed, 0);
-  const validation::Ensembles four = validation::run(s, all, 4, [](const study::Progress&) {}, stop);
+  const validation::Ensembles four = validation::run(
+      s, all, 4, [](const study::Progress&) {}, stop);
   EXPECT_EQ(validation::members_csv(s, one), validation::members_csv(s, four));
-  EXPECT_EQ(validation::rows_csv(validation::evaluate(s, all, one)), validation::rows_csv(validation::evaluate(s, all, four)));
+  EXPECT_EQ(validation::rows_csv(validation::evaluate(s, all, one)),
+            validation::rows_csv(validation::evaluate(s, all, four)));
 
   validation::AccidentTable last = all;
   last.rows = {all.rows[2]};
-  const validation::Ensembles alone = validation::run(s, last, 1, [](const study::Progress&) {}, stop);
+  const validation::Ensembles alone = validation::run(
+      s, last, 1, [](const study::Progress&) {}, stop);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(alone.members[i].seed, one.members[6 + i].seed);
     EXPECT_EQ(alone.members[i].outcome.energy.total(), one.members[6 + i].outcome.energy.total());
@@ -438,7 +463,8 @@ TEST_F(Validate, MembersHaveTheInputsOfTheirPoint) {
   const study::Study s = study();
   const validation::AccidentTable t = table();
   const std::atomic<bool> stop{false};
-  const validation::Ensembles e = validation::run(s, t, 0, [](const study::Progress&) {}, stop);
+  const validation::Ensembles e = validation::run(
+      s, t, 0, [](const study::Progress&) {}, stop);
   const study::Points points = validation::points_of(s, t.rows[1]);
   EXPECT_NE(points[1].values, validation::points_of(s, t.rows[0])[1].values) << "a sample of each row's own";
   const validation::Member& m = e.members[4];  // row 1, member 1
@@ -511,7 +537,8 @@ TEST_F(Validate, EvaluatesWhatTheMembersSay) {
 }
 
 TEST_F(Validate, TheCommandLeavesTablesAndScores) {
-  const test::Result r = derail("validate table.csv --study study.yaml --members 2 --min-speed '20 mph' --out results --jobs 2");
+  const test::Result r =
+      derail("validate table.csv --study study.yaml --members 2 --min-speed '20 mph' --out results --jobs 2");
   ASSERT_EQ(r.code, 0) << r.out;
   EXPECT_NE(r.out.find("2 accidents, 2 members each"), std::string::npos) << r.out;
   EXPECT_NE(r.out.find("straight line in speed, left out"), std::string::npos) << r.out;
@@ -568,7 +595,8 @@ TEST_F(Validate, GoesOnAfterAKillWithTheSameResults) {
   ASSERT_GE(child, 0);
   if (child == 0) {
     if (chdir(folder_.c_str()) != 0) _exit(1);
-    execl(TRAIN_DERAIL_CLI, "derail", "validate", "table.csv", "--study", "study.yaml", "--out", "killed", "--jobs", "1", "--quiet", nullptr);
+    execl(TRAIN_DERAIL_CLI, "derail", "validate", "table.csv", "--study", "study.yaml", "--out", "killed", "--jobs",
+          "1", "--quiet", nullptr);
     _exit(1);
   }
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -585,7 +613,8 @@ TEST_F(Validate, GoesOnAfterAKillWithTheSameResults) {
   for (const char* name : {"rows.csv", "members.csv", "validation.json"}) {
     EXPECT_EQ(test::text_of(folder_ / "killed" / name), test::text_of(folder_ / "whole" / name)) << name;
   }
-  EXPECT_EQ(derail("validate table.csv --study study.yaml --out killed --resume --quiet").code, 0) << "nothing is missing";
+  EXPECT_EQ(derail("validate table.csv --study study.yaml --out killed --resume --quiet").code, 0)
+      << "nothing is missing";
 }
 
 TEST_F(Validate, WhatWasChangedInTheJournalIsComputedAnew) {
@@ -598,8 +627,11 @@ TEST_F(Validate, WhatWasChangedInTheJournalIsComputedAnew) {
   const test::Result r = derail("validate table.csv --study study.yaml --out bad --resume --quiet");
   EXPECT_EQ(r.code, 0) << r.out;
   EXPECT_NE(r.out.find("journal.csv:3: the checksum does not fit the line; computed anew"), std::string::npos) << r.out;
-  for (const char* name : {"rows.csv", "members.csv", "validation.json"}) EXPECT_EQ(test::text_of(folder_ / "bad" / name), test::text_of(folder_ / "whole" / name)) << name;
-  EXPECT_EQ(test::text_of(folder_ / "whole/members.csv").find("line,member,seed,rails.derail_ratio,ground.in_line_friction,derailed_without_locomotives,"), 0U);
+  for (const char* name : {"rows.csv", "members.csv", "validation.json"})
+    EXPECT_EQ(test::text_of(folder_ / "bad" / name), test::text_of(folder_ / "whole" / name)) << name;
+  EXPECT_EQ(test::text_of(folder_ / "whole/members.csv")
+                .find("line,member,seed,rails.derail_ratio,ground.in_line_friction,derailed_without_locomotives,"),
+            0U);
 }
 
 TEST_F(Validate, MembersThatCannotDifferAreRefused) {
@@ -608,20 +640,24 @@ TEST_F(Validate, MembersThatCannotDifferAreRefused) {
   const std::atomic<bool> stop{false};
   const auto error = [&] {
     try {
-      validation::run(s, table(), 1, [](const study::Progress&) {}, stop);
+      validation::run(
+          s, table(), 1, [](const study::Progress&) {}, stop);
     } catch (const inputs::InputError& e) {
       return e.key() + ": " + e.problem();
     }
     return std::string("no error");
   };
-  EXPECT_EQ(error(), "replicates: members that differ by their seed alone cannot differ: there is no perturbation, neither of the study nor of its scenario");
+  EXPECT_EQ(error(),
+            "replicates: members that differ by their seed alone cannot differ: there is no perturbation, neither of "
+            "the study nor of its scenario");
   s.replicates = 1'000'000;
   EXPECT_EQ(error(), "samples: 3 rows with so many members each are too many runs");
 }
 
 TEST_F(Validate, Stopped) {
   const std::atomic<bool> stop{true};
-  const validation::Ensembles e = validation::run(study(), table(), 2, [](const study::Progress&) { FAIL(); }, stop);
+  const validation::Ensembles e = validation::run(
+      study(), table(), 2, [](const study::Progress&) { FAIL(); }, stop);
   EXPECT_TRUE(e.stopped);
 }
 

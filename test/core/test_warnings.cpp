@@ -1,5 +1,5 @@
-// What is allowed but odd is said: values that do nothing, unusual numbers, trains of which nothing was compared with reality.
-// And what would have no end is refused before it begins, with its number and the limit.
+// What is allowed but odd is said: values that do nothing, unusual numbers, trains of which nothing was compared with
+// reality. And what would have no end is refused before it begins, with its number and the limit.
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -37,7 +37,8 @@ TEST(Warnings, ShippedScenariosHaveNoneButRightOnes) {
   EXPECT_EQ(said(shipped("accident.yaml")), Texts{});
   EXPECT_EQ(said(shipped("mixed_train.yaml")), Texts{});
   EXPECT_EQ(said(shipped("decoupling.yaml")), Texts{});
-  EXPECT_EQ(said(shipped("always_coupled.yaml")), Texts{"consist[0].width = 0.1 ft: less than usual: 6.562 to 14.76 ft"});
+  EXPECT_EQ(said(shipped("always_coupled.yaml")),
+            Texts{"consist[0].width = 0.1 ft: less than usual: 6.562 to 14.76 ft"});
   // The presets of trains of which nothing is known say so, and nothing else.
   ASSERT_EQ(said(shipped("uic_freight.yaml")).size(), 1u) << said(shipped("uic_freight.yaml")).back();
   EXPECT_NE(said(shipped("uic_freight.yaml"))[0].find("a screw coupling"), std::string::npos);
@@ -65,13 +66,16 @@ TEST(Warnings, WhatTheChosenLawsDoNotUseHasNoEffect) {
             (Texts{"contact.friction = 0.4: no effect: it acts with contact.law: elastic",
                    "initial.perturbation.seed = 7: no effect: it acts with a size of initial.perturbation above 0"}));
   EXPECT_EQ(said(shipped("accident.yaml", {{"solver.rtol", "1e-7"}})).size(), 1u);
-  EXPECT_EQ(said(shipped("baseline.yaml", {{"consist[0].brake_share", "0.5"}, {"consist[0].brake_source", "remote"}})).size(), 2u);
+  EXPECT_EQ(
+      said(shipped("baseline.yaml", {{"consist[0].brake_share", "0.5"}, {"consist[0].brake_source", "remote"}})).size(),
+      2u);
 }
 
 TEST(Warnings, AChangeToTheDefaultThatDoesNothingIsSaid) {
   const std::vector<inputs::Override> given{{"ground.on_track_friction", "0.15"}};
   EXPECT_EQ(said(shipped("accident.yaml", given)), Texts{}) << "written out, it is no noise";
-  EXPECT_EQ(said(shipped("accident.yaml", given), given), Texts{"ground.on_track_friction = 0.15: no effect: it acts with brakes.law: friction"});
+  EXPECT_EQ(said(shipped("accident.yaml", given), given),
+            Texts{"ground.on_track_friction = 0.15: no effect: it acts with brakes.law: friction"});
   const std::vector<inputs::Override> acts{{"brakes.force", "0.06"}};
   EXPECT_EQ(said(shipped("accident.yaml", acts), acts), Texts{});
 }
@@ -94,7 +98,8 @@ std::string motion(const Scenario& s) {
 
 // The conditions of schema.hpp are true: what is said to have no effect has none.
 TEST(Warnings, WhatIsSaidToDoNothingDoesNothing) {
-  Scenario rails = shipped("accident.yaml", {{"consist[0].count", "1"}, {"consist[1].count", "5"}, {"initial.cars_ahead", "2"}});
+  Scenario rails =
+      shipped("accident.yaml", {{"consist[0].count", "1"}, {"consist[1].count", "5"}, {"initial.cars_ahead", "2"}});
   Scenario paper = shipped("baseline.yaml", {{"consist[0].count", "4"}, {"solver.fixed_step", "1 ms"}});
   Scenario paper_contact = shipped("decoupling.yaml", {{"consist[0].count", "4"}});
   int idle = 0;
@@ -105,7 +110,8 @@ TEST(Warnings, WhatIsSaidToDoNothingDoesNothing) {
       if (v.key == "initial.perturbation.seed" || v.key.find("cars_ahead") != std::string::npos) continue;
       for (const double factor : {0.5, 1.5}) {
         const double changed = v.value == ".inf" ? 1e6 : std::strtod(v.value.c_str(), nullptr) * factor;
-        EXPECT_EQ(motion(inputs::with_values(s, {{v.key, fmt::format("{}", changed)}})), before) << v.key << " " << changed;
+        EXPECT_EQ(motion(inputs::with_values(s, {{v.key, fmt::format("{}", changed)}})), before)
+            << v.key << " " << changed;
       }
       ++idle;
     }
@@ -114,16 +120,21 @@ TEST(Warnings, WhatIsSaidToDoNothingDoesNothing) {
 }
 
 TEST(Warnings, UnusualNumbersAreSaidWithWhatIsUsual) {
-  EXPECT_EQ(said(shipped("baseline.yaml", {{"initial.speed", "150 mph"}})), Texts{"initial.speed = 150 mph: more than usual: 1.118 to 100.7 mph"});
-  EXPECT_EQ(said(shipped("baseline.yaml", {{"initial.speed", "30 m/h"}})), Texts{"initial.speed = 0.01864 mph: less than usual: 1.118 to 100.7 mph"});
-  EXPECT_EQ(said(shipped("baseline.yaml", {{"coupler.break_draft", "20 kip"}, {"solver.method", "semi_implicit"}, {"solver.fixed_step", "1 ms"}})),
+  EXPECT_EQ(said(shipped("baseline.yaml", {{"initial.speed", "150 mph"}})),
+            Texts{"initial.speed = 150 mph: more than usual: 1.118 to 100.7 mph"});
+  EXPECT_EQ(said(shipped("baseline.yaml", {{"initial.speed", "30 m/h"}})),
+            Texts{"initial.speed = 0.01864 mph: less than usual: 1.118 to 100.7 mph"});
+  EXPECT_EQ(said(shipped("baseline.yaml", {{"coupler.break_draft", "20 kip"},
+                                           {"solver.method", "semi_implicit"},
+                                           {"solver.fixed_step", "1 ms"}})),
             Texts{"coupler.break_draft = 20 kip: less than usual: 67.44 to 1349 kip, or .inf"});
 }
 
 TEST(Warnings, TrainsOfWhichNothingIsKnown) {
   const auto passenger = said(shipped("accident.yaml", {{"consist[1].name", "passenger"}}));
   ASSERT_EQ(passenger.size(), 1u);
-  EXPECT_EQ(passenger[0].substr(0, 88), "consist[1].name = passenger: a passenger car: nothing here was compared with derailments");
+  EXPECT_EQ(passenger[0].substr(0, 88),
+            "consist[1].name = passenger: a passenger car: nothing here was compared with derailments");
   const auto screw = said(shipped("accident.yaml", {{"coupler.break_draft", "850 kN"}}));
   ASSERT_EQ(screw.size(), 1u);
   EXPECT_NE(screw[0].find("a screw coupling"), std::string::npos);
@@ -151,37 +162,51 @@ TEST(Counts, AreNamedBeforeAnythingStarts) {
   EXPECT_EQ(with([](Scenario& c) { c.outcome.sample_interval = 1e-300; }),
             "scenario: outcome.sample_interval = '1e-300': out of range; allowed: [1e-06, 1] s");
   EXPECT_EQ(with([](Scenario& c) { c.outcome.sample_interval = 1e-6; }),
-            "scenario: outcome.sample_interval = '1e-06': 1e+08 samples up to stop.time_max; allowed: at most 10000000, so >= 1e-05");
-  EXPECT_EQ(with([](Scenario& c) { c.output.interval = 1e-5; }),
-            "scenario: output.interval = '1e-05': 1e+07 points up to stop.time_max; allowed: at most 1000000, so >= 0.0001");
+            "scenario: outcome.sample_interval = '1e-06': 1e+08 samples up to stop.time_max; allowed: at most "
+            "10000000, so >= 1e-05");
+  EXPECT_EQ(
+      with([](Scenario& c) { c.output.interval = 1e-5; }),
+      "scenario: output.interval = '1e-05': 1e+07 points up to stop.time_max; allowed: at most 1000000, so >= 0.0001");
   EXPECT_EQ(with([](Scenario& c) { c.solver.fixed_step = 1e-6; }),
-            "scenario: solver.fixed_step = '1e-06': 1e+08 steps up to stop.time_max, beyond solver.steps_max; allowed: at most 10000000, so >= 1e-05");
-  EXPECT_EQ(with([](Scenario& c) { c.rails.torn_length = 1e-9; }).substr(0, 44), "scenario: rails.torn_length = '1e-09': 2.21e");
+            "scenario: solver.fixed_step = '1e-06': 1e+08 steps up to stop.time_max, beyond solver.steps_max; allowed: "
+            "at most 10000000, so >= 1e-05");
+  EXPECT_EQ(with([](Scenario& c) { c.rails.torn_length = 1e-9; }).substr(0, 44),
+            "scenario: rails.torn_length = '1e-09': 2.21e");
   EXPECT_EQ(with([](Scenario& c) { c.rails.torn_length = 0.0; }), "no error");
-  EXPECT_EQ(with([](Scenario& c) { c.track.curves = {{1e12, 1.0, 0.001}}; }),
+  EXPECT_EQ(with([](Scenario& c) {
+              c.track.curves = {{1e12, 1.0, 0.001}};
+            }),
             "scenario: track.curves[0].start = '1000000000000': out of range; allowed: [-100000, 100000] m");
-  EXPECT_EQ(with([](Scenario& c) { c.consist[0].length = 1e9; }), "scenario: consist[0].length = '1000000000': out of range; allowed: [1, 100] m");
+  EXPECT_EQ(with([](Scenario& c) { c.consist[0].length = 1e9; }),
+            "scenario: consist[0].length = '1000000000': out of range; allowed: [1, 100] m");
   EXPECT_EQ(with([](Scenario& c) {
               for (int i = 0; i < 1001; ++i) c.track.curves.push_back({10.0 * i, 5.0, 0.001});
             }),
             "scenario: track.curves = '1001 items': too many; allowed: at most 1000");
-  EXPECT_EQ(with([](Scenario& c) { c.ground.patches.assign(1001, {0.0, 1.0, 0.0, 1.0, 1.0}); }),
+  EXPECT_EQ(with([](Scenario& c) {
+              c.ground.patches.assign(1001, {0.0, 1.0, 0.0, 1.0, 1.0});
+            }),
             "scenario: ground.patches = '1001 items': too many; allowed: at most 1000");
 }
 
 TEST(Ranges, HoldWhatATrainCanHave) {
   const auto baseline = [](const std::function<void(Scenario&)>& change) { return refusal(change, test::baseline(3)); };
-  EXPECT_EQ(baseline([](Scenario& s) { s.initial.yaw_rate = 1e6; }), "scenario: initial.yaw_rate = '1000000': out of range; allowed: [-100, 100] rad/s");
-  EXPECT_EQ(baseline([](Scenario& s) { s.coupler.stiffness = 1e15; }), "scenario: coupler.stiffness = '1000000000000000': out of range; allowed: [0, 1e+12] N/m");
-  EXPECT_EQ(baseline([](Scenario& s) { s.solver.rtol = 0.2; }), "scenario: solver.rtol = '0.2': out of range; allowed: [1e-15, 0.1]");
-  EXPECT_EQ(baseline([](Scenario& s) { s.consist[0].yaw_inertia = 1e-9; }), "scenario: consist[0].yaw_inertia = '1e-09': out of range; allowed: [1, 1e+10] kg m2");
+  EXPECT_EQ(baseline([](Scenario& s) { s.initial.yaw_rate = 1e6; }),
+            "scenario: initial.yaw_rate = '1000000': out of range; allowed: [-100, 100] rad/s");
+  EXPECT_EQ(baseline([](Scenario& s) { s.coupler.stiffness = 1e15; }),
+            "scenario: coupler.stiffness = '1000000000000000': out of range; allowed: [0, 1e+12] N/m");
+  EXPECT_EQ(baseline([](Scenario& s) { s.solver.rtol = 0.2; }),
+            "scenario: solver.rtol = '0.2': out of range; allowed: [1e-15, 0.1]");
+  EXPECT_EQ(baseline([](Scenario& s) { s.consist[0].yaw_inertia = 1e-9; }),
+            "scenario: consist[0].yaw_inertia = '1e-09': out of range; allowed: [1, 1e+10] kg m2");
   EXPECT_EQ(baseline([](Scenario& s) { s.consist[0].yaw_inertia = 1000.0; }).substr(0, 66),
             "scenario: consist[0].yaw_inertia = '1000': 4.51e-05 of M L^2; allo");
   // Every number has a finite range.
   for (const auto& v : inputs::key_values(test::accident(3))) {
     if (v.unit.empty()) continue;
     for (const char* value : {"1e300", "-1e300"}) {
-      EXPECT_THROW(inputs::with_values(test::accident(3), {{v.key, value}}), inputs::InputError) << v.key << " " << value;
+      EXPECT_THROW(inputs::with_values(test::accident(3), {{v.key, value}}), inputs::InputError)
+          << v.key << " " << value;
     }
   }
 }

@@ -1,8 +1,8 @@
 // A table of accidents.
+#include "train_derail/validation/accidents.hpp"
 #include "fuzz.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
-#include "train_derail/validation/accidents.hpp"
 
 using namespace train_derail;
 

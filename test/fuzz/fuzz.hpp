@@ -1,5 +1,6 @@
-// What the fuzz targets have in common. A target is LLVMFuzzerTestOneInput(): libFuzzer calls it with inputs that it makes up,
-// replay.cpp with those that are kept in corpus/. An exception that leaves it is a finding, as is what the sanitizers see.
+// What the fuzz targets have in common. A target is LLVMFuzzerTestOneInput(): libFuzzer calls it with inputs that it
+// makes up, replay.cpp with those that are kept in corpus/. An exception that leaves it is a finding, as is what the
+// sanitizers see.
 #pragma once
 
 #include <algorithm>
@@ -47,7 +48,9 @@ void may_refuse(F call) {
 inline const std::filesystem::path& folder() {
   struct Folder {
     Folder() {
-      std::string name = (access("/dev/shm", W_OK) == 0 ? "/dev/shm" : std::filesystem::temp_directory_path().string()) + "/derail_fuzz_XXXXXX";
+      std::string name =
+          (access("/dev/shm", W_OK) == 0 ? "/dev/shm" : std::filesystem::temp_directory_path().string()) +
+          "/derail_fuzz_XXXXXX";
       expect(mkdtemp(name.data()) != nullptr, name + ": cannot be made");
       path = name;
     }
@@ -61,7 +64,9 @@ inline const std::filesystem::path& folder() {
   return made.path;
 }
 
-inline std::string text_of(const std::uint8_t* data, std::size_t size) { return {reinterpret_cast<const char*>(data), size}; }
+inline std::string text_of(const std::uint8_t* data, std::size_t size) {
+  return {reinterpret_cast<const char*>(data), size};
+}
 
 inline void write(const std::filesystem::path& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;

@@ -1,4 +1,5 @@
-// A folder of results that is read back, one of its files being another than was written. The first byte chooses the file.
+// A folder of results that is read back, one of its files being another than was written. The first byte chooses the
+// file.
 #include "fuzz.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/study/journal.hpp"
@@ -12,14 +13,17 @@ namespace fs = std::filesystem;
 namespace {
 
 struct Results {
-  Results() : study(study::read_study_text("scenario: baseline.yaml\nplan: grid\n"
-                                           "factors: [{key: initial.speed, values: [5, 8]}, {key: title, values: [a, 'b, \"c\"']}]\n"
-                                           "outcomes: [cars_off_track, stop_time]\nreplicates: 2\nperturbation: {spacing: 3 mm}\n",
-                                           FUZZ_SOURCE_DIR "/../../config/input.yaml")) {
+  Results()
+      : study(study::read_study_text(
+            "scenario: baseline.yaml\nplan: grid\n"
+            "factors: [{key: initial.speed, values: [5, 8]}, {key: title, values: [a, 'b, \"c\"']}]\n"
+            "outcomes: [cars_off_track, stop_time]\nreplicates: 2\nperturbation: {spacing: 3 mm}\n",
+            FUZZ_SOURCE_DIR "/../../config/input.yaml")) {
     for (auto& block : study.base.consist) block.count = 2;
     study.base.stop.time_max = 0.5;
     const std::atomic<bool> stop{false};
-    study::run_study(study, {written.string(), 1, false, {}}, [](const study::Progress&) {}, stop);
+    study::run_study(
+        study, {written.string(), 1, false, {}}, [](const study::Progress&) {}, stop);
     study::write_results(written.string(), study, 0.0);
   }
   study::Study study;
@@ -41,7 +45,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   refusable([&] { study::claim_folder(folder.string(), study::to_json(results.study)); });
   refusable([&] { study::to_table(folder.string(), results.study); });
   refusable([&] {
-    const study::Journal journal(folder.string(), study::journal_format(results.study), {}, true, [](const study::JournalRow&) {});
+    const study::Journal journal(folder.string(), study::journal_format(results.study), {}, true,
+                                 [](const study::JournalRow&) {});
     for (const std::string& problem : journal.problems()) fuzz::expect_readable(problem);
   });
   refusable([&] { study::gather(folder.string(), {results.written.string()}, results.study); });

@@ -25,9 +25,28 @@ inputs::Scenario shortened(const char* path) {
 }
 
 std::string value_for(fuzz::Decisions& d, const std::string& now) {
-  static const std::array<const char*, 22> kWords{
-      "true", "false", "none", "semi_implicit", "bdf", "cash_karp", "dormand_prince", "rails", "guided", "isotropic", "along_track",
-      "by_slip", "air", "inf", "1e300", "1e-300", "-1e300", "5e-324", "1.7976931348623157e308", "-0.0", "0", "9007199254740991"};
+  static const std::array<const char*, 22> kWords{"true",
+                                                  "false",
+                                                  "none",
+                                                  "semi_implicit",
+                                                  "bdf",
+                                                  "cash_karp",
+                                                  "dormand_prince",
+                                                  "rails",
+                                                  "guided",
+                                                  "isotropic",
+                                                  "along_track",
+                                                  "by_slip",
+                                                  "air",
+                                                  "inf",
+                                                  "1e300",
+                                                  "1e-300",
+                                                  "-1e300",
+                                                  "5e-324",
+                                                  "1.7976931348623157e308",
+                                                  "-0.0",
+                                                  "0",
+                                                  "9007199254740991"};
   switch (d.byte() % 4) {
     case 0: return kWords[d.below(kWords.size())];
     case 1: {  // what it is, by powers of ten
@@ -42,7 +61,8 @@ std::string value_for(fuzz::Decisions& d, const std::string& now) {
     case 2: return fmt::format("{}", static_cast<int>(d.below(2000)) - 500);
     default: {
       const double mantissa = static_cast<double>(d.byte() + 1) / 25.6;
-      return fmt::format("{}", (d.byte() % 8 == 0 ? -mantissa : mantissa) * std::pow(10.0, static_cast<double>(d.below(41)) - 20.0));
+      return fmt::format(
+          "{}", (d.byte() % 8 == 0 ? -mantissa : mantissa) * std::pow(10.0, static_cast<double>(d.below(41)) - 20.0));
     }
   }
 }
@@ -58,7 +78,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (int changes = 0; d.more() && changes < 12; ++changes) {
     const std::vector<inputs::KeyValue> keys = inputs::key_values(scenario);
     const inputs::KeyValue& k = keys[d.below(keys.size())];
-    fuzz::may_refuse<inputs::InputError>([&] { scenario = inputs::with_values(scenario, {{k.key, value_for(d, k.value)}}); });
+    fuzz::may_refuse<inputs::InputError>([&] {
+      scenario = inputs::with_values(scenario, {{k.key, value_for(d, k.value)}});
+    });
   }
   // So long that libFuzzer would be done with nothing else, but nothing that would hide an endless loop.
   int cars = 0;
@@ -76,7 +98,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const auto& q : outcome::kQuantities)
       fuzz::expect(std::isfinite(q.value(o)), fmt::format("{} is {}:\n{}", q.name, q.value(o), file));
     if (o.ended != outcome::Ended::integration_failed && o.warnings.empty())
-      fuzz::expect(o.energy_residual < 0.1, fmt::format("an energy residual of {} without a word:\n{}", o.energy_residual, file));
+      fuzz::expect(o.energy_residual < 0.1,
+                   fmt::format("an energy residual of {} without a word:\n{}", o.energy_residual, file));
     outcome::to_json(o);
     outcome::to_table(o);
   });

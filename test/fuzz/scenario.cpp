@@ -10,7 +10,8 @@ using namespace train_derail;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::may_refuse<inputs::InputError>([&] {
-    const inputs::Scenario scenario = inputs::read_scenario(inputs::load_text(fuzz::text_of(data, size), "input"), "input");
+    const inputs::Scenario scenario =
+        inputs::read_scenario(inputs::load_text(fuzz::text_of(data, size), "input"), "input");
     for (const inputs::Warning& w : inputs::warnings(scenario)) fuzz::expect_readable(inputs::to_string(w));
     inputs::key_values(scenario);
     const std::string written = inputs::to_yaml(scenario);

@@ -54,8 +54,10 @@ class VirtualDisplay {
   VirtualDisplay() {
     int ends[2] = {-1, -1};
     if (pipe(ends) != 0) return;
-    server_ = std::make_unique<ChildProcess>(
-        std::vector<std::string>{"Xvfb", "-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0", "1600x900x24"}, ends[1]);
+    server_ =
+        std::make_unique<ChildProcess>(std::vector<std::string>{"Xvfb", "-displayfd", "1", "-noreset", "-nolisten",
+                                                                "tcp", "-screen", "0", "1600x900x24"},
+                                       ends[1]);
     close(ends[1]);
     std::string number;
     for (char c = 0; read(ends[0], &c, 1) == 1 && c != '\n';) number += c;

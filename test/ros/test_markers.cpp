@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "marker_check.hpp"
 #include "train_derail/model/track.hpp"
@@ -117,7 +117,8 @@ TEST(CarShape, TellsTheNamesApart) {
 }
 
 TEST(MarkerScene, IsValidFromStartToEnd) {
-  for (const inputs::Scenario& scenario : {short_train(1), short_train(12), train_of_all_bodies(), short_accident(12)}) {
+  for (const inputs::Scenario& scenario :
+       {short_train(1), short_train(12), train_of_all_bodies(), short_accident(12)}) {
     simulation::Simulation simulation(scenario);
     MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
     for (double t = 0.0; t <= 4.0; t += 0.5) {

@@ -4,6 +4,12 @@
 #include <cstdlib>
 #include <fstream>
 
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <rviz/panel.h>
+#include <rviz/visualization_frame.h>
+#include <rviz/visualization_manager.h>
+#include <yaml-cpp/yaml.h>
 #include <QApplication>
 #include <QCheckBox>
 #include <QComboBox>
@@ -16,12 +22,6 @@
 #include <QTemporaryDir>
 #include <QTest>
 #include <QTimer>
-#include <gtest/gtest.h>
-#include <ros/ros.h>
-#include <rviz/panel.h>
-#include <rviz/visualization_frame.h>
-#include <rviz/visualization_manager.h>
-#include <yaml-cpp/yaml.h>
 
 #include "child_process.hpp"
 #include "node_client.hpp"
@@ -104,8 +104,7 @@ class Panel : public testing::Test {
   /// A node whose inputs are shown.
   void start_node_and_wait() {
     start_node();
-    ASSERT_TRUE(wait_in_rviz([&] { return usable() && !edit("input:initial.speed")->text().isEmpty(); }))
-        << presence();
+    ASSERT_TRUE(wait_in_rviz([&] { return usable() && !edit("input:initial.speed")->text().isEmpty(); })) << presence();
   }
 
   template <class Widget>
@@ -172,8 +171,10 @@ class Panel : public testing::Test {
 };
 
 TEST_F(Panel, WithoutANodeItIsGreyAndSaysSo) {
-  ASSERT_TRUE(wait_in_rviz([&] { return presence() == "No simulation at /train_derail. Waiting for it."; })) << presence();
-  for (const char* name : {"run", "pause", "step", "restart", "revert"}) EXPECT_FALSE(button(name)->isEnabled()) << name;
+  ASSERT_TRUE(wait_in_rviz([&] { return presence() == "No simulation at /train_derail. Waiting for it."; }))
+      << presence();
+  for (const char* name : {"run", "pause", "step", "restart", "revert"})
+    EXPECT_FALSE(button(name)->isEnabled()) << name;
   EXPECT_FALSE(edit("input:initial.speed")->isEnabled());
   EXPECT_TRUE(edit("node")->isEnabled());
 }
@@ -200,12 +201,14 @@ TEST_F(Panel, RestartsWithAnotherSpeed) {
   EXPECT_TRUE(wait_in_rviz([&] { return differs("input:initial.speed"); }));
   find<QCheckBox>("start_paused")->setChecked(true);
   click("restart");
-  ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && inputs.last().run_id == 2 && !cars.empty() && cars.last().run_id == 2; }));
+  ASSERT_TRUE(wait_in_rviz(
+      [&] { return !inputs.empty() && inputs.last().run_id == 2 && !cars.empty() && cars.last().run_id == 2; }));
   EXPECT_DOUBLE_EQ(inputs.last().speed, 50 * kMph);
   ASSERT_EQ(cars.last().time, 0.0);
   for (const CarState& car : cars.last().cars) EXPECT_DOUBLE_EQ(car.vx, 50 * kMph);
-  EXPECT_TRUE(wait_in_rviz([&] { return !differs("input:initial.speed") && message() == "restart: run 2 waits, paused"; }))
-      << message();
+  EXPECT_TRUE(wait_in_rviz([&] {
+    return !differs("input:initial.speed") && message() == "restart: run 2 waits, paused";
+  })) << message();
   EXPECT_FALSE(message_is_red());
   EXPECT_EQ(edit("input:initial.speed")->text(), "50 mph");
   EXPECT_TRUE(wait_in_rviz([&] { return label("outcome:speed")->text() == "50.0 mph"; }));
@@ -262,7 +265,8 @@ TEST_F(Panel, ARefusedRestartShowsTheServicesWordsInRed) {
   ASSERT_FALSE(refusal.success);
   type("input:", "coupler.slack=9 ft; no.such_key=1");
   click("restart");
-  EXPECT_TRUE(wait_in_rviz([&] { return message() == refusal.message; })) << message() << " instead of " << refusal.message;
+  EXPECT_TRUE(wait_in_rviz([&] { return message() == refusal.message; }))
+      << message() << " instead of " << refusal.message;
   EXPECT_TRUE(message_is_red());
   EXPECT_TRUE(label("message")->isVisible());
   EXPECT_EQ(run_info.last().run_id, 1U);
@@ -286,7 +290,8 @@ TEST_F(Panel, RunsPausesStepsAndSetsTheRate) {
   ASSERT_TRUE(wait_for_state("running"));
   EXPECT_FALSE(button("run")->isEnabled());
   EXPECT_FALSE(button("step")->isEnabled());
-  EXPECT_TRUE(wait_in_rviz([&] { return label("time")->text().contains("rate 0.01"); })) << label("time")->text().toStdString();
+  EXPECT_TRUE(wait_in_rviz([&] { return label("time")->text().contains("rate 0.01"); }))
+      << label("time")->text().toStdString();
   click("pause");
   ASSERT_TRUE(wait_for_state("paused"));
 
@@ -308,8 +313,10 @@ TEST_F(Panel, FollowsARunToItsEnd) {
   const Outcome& o = outcome.last();
   const auto text = [&](const char* name) { return label(name)->text().toStdString(); };
   EXPECT_TRUE(wait_in_rviz([&] {
-    return text("outcome:buff") == QString("%1 kip at %2").arg(o.coupler_buff_peak / inputs::kKip, 0, 'f', 0)
-                                       .arg(o.coupler_buff_peak_coupler).toStdString();
+    return text("outcome:buff") == QString("%1 kip at %2")
+                                       .arg(o.coupler_buff_peak / inputs::kKip, 0, 'f', 0)
+                                       .arg(o.coupler_buff_peak_coupler)
+                                       .toStdString();
   })) << text("outcome:buff");
   EXPECT_EQ(text("outcome:derailed"), std::to_string(o.cars_past_pod) + " past the point, " +
                                           std::to_string(o.cars_off_track) + " off the track, of 12");
@@ -396,7 +403,8 @@ TEST_F(Panel, IsSavedAndLoadedWithTheConfiguration) {
 
   open_rviz("    Node: /elsewhere\n");
   frame->loadDisplayConfigHelper(file("saved.rviz"), true);
-  ASSERT_TRUE(wait_in_rviz([&] { return edit("node")->text() == "/elsewhere" && find<QSpinBox>("ticks")->value() == 25; }));
+  ASSERT_TRUE(
+      wait_in_rviz([&] { return edit("node")->text() == "/elsewhere" && find<QSpinBox>("ticks")->value() == 25; }));
   EXPECT_TRUE(find<QCheckBox>("start_paused")->isChecked());
   EXPECT_EQ(edit("input:")->text(), "solver.rtol=1.0e-6");
   EXPECT_EQ(edit("input:initial.speed")->text(), "61 mph");
@@ -417,27 +425,32 @@ TEST_F(Panel, ShowsAReplayAndSaysThatItIsOne) {
   Record<Outcome> outcome("/train_derail/outcome");
   auto player = std::make_unique<ChildProcess>(std::vector<std::string>{
       "/usr/lib/rosbag/play", "--clock", "--hz=200", "--rate=4", "--keep-alive", bag, "__name:=player"});
-  ASSERT_TRUE(wait_in_rviz([&] { return presence().find("A replay: /player plays the topics of /train_derail") == 0; })) << presence();
+  ASSERT_TRUE(wait_in_rviz([&] { return presence().find("A replay: /player plays the topics of /train_derail") == 0; }))
+      << presence();
   EXPECT_EQ(presence().find("time jumps"), std::string::npos) << presence();
   ASSERT_TRUE(wait_for_state("Run 1 ended: time max")) << state();
   ASSERT_TRUE(wait_in_rviz([&] { return !outcome.empty() && outcome.last().ended == Outcome::TIME_MAX; }));
   const auto text = [&](const char* name) { return label(name)->text().toStdString(); };
   EXPECT_TRUE(wait_in_rviz([&] {
-    return text("outcome:buff").find(" at " + std::to_string(outcome.last().coupler_buff_peak_coupler)) != std::string::npos;
+    return text("outcome:buff").find(" at " + std::to_string(outcome.last().coupler_buff_peak_coupler)) !=
+           std::string::npos;
   })) << text("outcome:buff");
   EXPECT_TRUE(label("outcome:buff")->isEnabled());
   EXPECT_EQ(text("time"), "3.00 s");
   EXPECT_EQ(edit("input:initial.speed")->text(), "37 mph");
-  for (const char* name : {"run", "pause", "step", "restart", "revert"}) EXPECT_FALSE(button(name)->isEnabled()) << name;
+  for (const char* name : {"run", "pause", "step", "restart", "revert"})
+    EXPECT_FALSE(button(name)->isEnabled()) << name;
   EXPECT_FALSE(find<QComboBox>("rate")->isEnabled());
   EXPECT_FALSE(edit("input:initial.speed")->isEnabled());
 
   // A simulator beside it: time jumps.
   start_node();
-  EXPECT_TRUE(wait_in_rviz([&] { return presence().find("Time jumps: /clock is published by /player and /train_derail") != std::string::npos; }))
-      << presence();
+  EXPECT_TRUE(wait_in_rviz([&] {
+    return presence().find("Time jumps: /clock is published by /player and /train_derail") != std::string::npos;
+  })) << presence();
   player.reset();
-  EXPECT_TRUE(wait_in_rviz([&] { return !label("presence")->isVisible() && usable() && state() == "Run 1 paused"; })) << presence();
+  EXPECT_TRUE(wait_in_rviz([&] { return !label("presence")->isVisible() && usable() && state() == "Run 1 paused"; }))
+      << presence();
   EXPECT_TRUE(edit("input:initial.speed")->isEnabled());
 }
 
@@ -450,11 +463,15 @@ TEST_F(Panel, NamesTheBlockThatItsInputsBelongTo) {
     return std::string();
   };
   EXPECT_EQ(label_of("input:consist[0].weight"), "Car &weight") << "there is one block only";
-  ASSERT_TRUE(NodeClient(kNode).restart({}, true, "consist:\n  - {name: locomotive, count: 2, length: 70 ft, weight: 420 kip}\n"
-                                                  "  - {name: tank_car, count: 9, length: 55 ft, weight: 286 kip}\n"
-                                                  "initial: {speed: 30 mph, yaw_rate: 0}\n").success);
-  EXPECT_TRUE(wait_in_rviz([&] { return label_of("input:consist[0].weight") == "Car &weight,\nblock 1 (locomotive, cars 1\u20132)"; }))
-      << label_of("input:consist[0].weight");
+  ASSERT_TRUE(NodeClient(kNode)
+                  .restart({}, true,
+                           "consist:\n  - {name: locomotive, count: 2, length: 70 ft, weight: 420 kip}\n"
+                           "  - {name: tank_car, count: 9, length: 55 ft, weight: 286 kip}\n"
+                           "initial: {speed: 30 mph, yaw_rate: 0}\n")
+                  .success);
+  EXPECT_TRUE(wait_in_rviz([&] {
+    return label_of("input:consist[0].weight") == "Car &weight,\nblock 1 (locomotive, cars 1\u20132)";
+  })) << label_of("input:consist[0].weight");
 }
 
 TEST_F(Panel, OffersOnlyInputsThatAct) {
@@ -471,8 +488,10 @@ TEST_F(Panel, OffersOnlyInputsThatAct) {
 TEST_F(Panel, SaysWhyInputsCannotBeShownAndSendsNoneWithoutAUnit) {
   ros::NodeHandle handle;
   int restarts = 0;
-  const boost::function<bool(GetInputs::Request&, GetInputs::Response&)> answer = [](GetInputs::Request&, GetInputs::Response&) { return true; };
-  const boost::function<bool(Restart::Request&, Restart::Response&)> count = [&](Restart::Request&, Restart::Response&) { return ++restarts > 0; };
+  const boost::function<bool(GetInputs::Request&, GetInputs::Response&)> answer =
+      [](GetInputs::Request&, GetInputs::Response&) { return true; };
+  const boost::function<bool(Restart::Request&, Restart::Response&)> count =
+      [&](Restart::Request&, Restart::Response&) { return ++restarts > 0; };
   const ros::ServiceServer get_inputs = handle.advertiseService("/fake/get_inputs", answer);
   const ros::ServiceServer restart = handle.advertiseService("/fake/restart", count);
   const auto inputs_topic = handle.advertise<Inputs>("/fake/inputs", 1, true);
@@ -483,14 +502,16 @@ TEST_F(Panel, SaysWhyInputsCannotBeShownAndSendsNoneWithoutAUnit) {
   info_topic.publish(RunInfo());
   type("node", "/fake");
   QTest::keyClick(edit("node"), Qt::Key_Return);
-  ASSERT_TRUE(wait_in_rviz([&] { return message().find("The inputs of this run cannot be shown: ") == 0; })) << message();
+  ASSERT_TRUE(wait_in_rviz([&] { return message().find("The inputs of this run cannot be shown: ") == 0; }))
+      << message();
   EXPECT_NE(message().find("consist: missing"), std::string::npos) << message();
   EXPECT_TRUE(message_is_red());
   EXPECT_TRUE(label("message")->isVisible());
   type("input:initial.speed", "12");
   label("message")->clear();
   click("restart");
-  EXPECT_TRUE(wait_in_rviz([&] { return message().find("The inputs of this run cannot be shown: ") == 0; })) << message();
+  EXPECT_TRUE(wait_in_rviz([&] { return message().find("The inputs of this run cannot be shown: ") == 0; }))
+      << message();
   EXPECT_EQ(restarts, 0);
   type("node", "/train_derail");
   QTest::keyClick(edit("node"), Qt::Key_Return);

@@ -88,11 +88,10 @@ TEST(ForceRecord, LongRunsStayShortAndLoseNoPeak) {
 
 class TypedInputs : public testing::Test {
  protected:
-  CheckedInput check(const std::string& key, const std::string& typed) {
-    return check_input(tree, table, key, typed);
-  }
+  CheckedInput check(const std::string& key, const std::string& typed) { return check_input(tree, table, key, typed); }
 
-  const inputs::Scenario scenario = inputs::read_scenario_file(std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/baseline.yaml");
+  const inputs::Scenario scenario =
+      inputs::read_scenario_file(std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/baseline.yaml");
   const YAML::Node tree = YAML::Load(inputs::to_yaml(scenario));
   const InputTable table = make_input_table(scenario);
 };
@@ -161,7 +160,11 @@ TEST(Worker, DoesItsJobsInOrderAndIdlesBetween) {
   std::vector<int> done;
   std::promise<void> all;
   {
-    Worker worker([&] { if (++idle_count == 3) idled.set_value(); }, std::chrono::milliseconds(1));
+    Worker worker(
+        [&] {
+          if (++idle_count == 3) idled.set_value();
+        },
+        std::chrono::milliseconds(1));
     EXPECT_EQ(idled.get_future().wait_for(std::chrono::seconds(30)), std::future_status::ready);
     for (int i = 0; i < 10; ++i) worker.post([&, i] { done.push_back(i); });
     worker.post([&] { all.set_value(); });

@@ -41,7 +41,8 @@ class Accident : public testing::Test {
     }));
     // A new run after all are connected: the first car derails at its first point.
     ASSERT_TRUE(node.restart({}, false).success);
-    ASSERT_TRUE(wait_for([] { return outcome->last().run_id == 2 && outcome->last().ended != Outcome::RUNNING; }, 60.0));
+    ASSERT_TRUE(
+        wait_for([] { return outcome->last().run_id == 2 && outcome->last().ended != Outcome::RUNNING; }, 60.0));
     const ros::Time end = outcome->last().header.stamp;
     ASSERT_TRUE(wait_for([&] {
       return cars->last().header.stamp == end && couplers->last().header.stamp == end &&

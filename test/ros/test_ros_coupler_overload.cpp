@@ -100,11 +100,11 @@ TEST(CouplerOverload, EveryRunIsReportedWithItsOwnGrid) {
 
   ASSERT_TRUE(node.restart({"output.interval=0.01", "initial.speed=60 mph", "consist[0].count=8"}, false).success);
   ASSERT_TRUE(complete("2"));
-  expect_report(last_of(reports, "2"),
-                inputs::read_scenario_file(
-                    g_scenario_file,
-                    {{"output.interval", "0.01"}, {"initial.speed", "60 mph"}, {"consist[0].count", "8"}}),
-                true);
+  expect_report(
+      last_of(reports, "2"),
+      inputs::read_scenario_file(g_scenario_file,
+                                 {{"output.interval", "0.01"}, {"initial.speed", "60 mph"}, {"consist[0].count", "8"}}),
+      true);
 
   // Cut short by the restart after it.
   ASSERT_TRUE(node.restart({"output.interval=0.02"}, true).success);
@@ -114,11 +114,11 @@ TEST(CouplerOverload, EveryRunIsReportedWithItsOwnGrid) {
   ASSERT_TRUE(wait_for([&] { return last_of(reports, "3").status.size() > 0; }));
   const DiagnosticArray& cut = last_of(reports, "3");
   EXPECT_NEAR(number(cut.status.at(0), "time_s"), 1.2, 1e-12);
-  expect_report(cut,
-                inputs::read_scenario_file(
-                    g_scenario_file,
-                    {{"output.interval", "0.02"}, {"initial.speed", "60 mph"}, {"consist[0].count", "8"}}),
-                false);
+  expect_report(
+      cut,
+      inputs::read_scenario_file(g_scenario_file,
+                                 {{"output.interval", "0.02"}, {"initial.speed", "60 mph"}, {"consist[0].count", "8"}}),
+      false);
   EXPECT_EQ(last_of(reports, "4").status.size(), 1U) << "a train at rest loads no coupler";
   EXPECT_EQ(last_of(reports, "4").status[0].level, DiagnosticStatus::OK);
 }

@@ -229,7 +229,8 @@ TEST(EventDetector, GivesThePeakOfEachExcursion) {
   std::vector<Occurrence> found;
   const double forces[] = {0, 1500, -2500, 900, 1200, 400, 0, -1100, -300};
   for (int i = 0; i < 9; ++i) {
-    const simulation::Snapshot s{0.1 * i, {car(-5, false, false), car(-25, false, false)}, {coupler(forces[i], 0.1 * i)}};
+    const simulation::Snapshot s{
+        0.1 * i, {car(-5, false, false), car(-25, false, false)}, {coupler(forces[i], 0.1 * i)}};
     for (const Occurrence& o : detector.observe(s, outcome, incidents)) found.push_back(o);
   }
   ASSERT_EQ(found.size(), 2U);

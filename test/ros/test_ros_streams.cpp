@@ -179,8 +179,8 @@ TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {
   for (const Marker& m : markers->last().markers) {
     if (m.action == Marker::ADD) kinds.insert(m.ns);
   }
-  for (const char* kind :
-       {"track", "point_of_derailment", "cars_on_track", "cars_past_pod", "cars_dark", "couplers", "legend", "status"}) {
+  for (const char* kind : {"track", "point_of_derailment", "cars_on_track", "cars_past_pod", "cars_dark", "couplers",
+                           "legend", "status"}) {
     EXPECT_EQ(kinds.count(kind), 1U) << kind;
   }
 }

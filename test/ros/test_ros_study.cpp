@@ -104,7 +104,8 @@ class RosStudy : public testing::Test {
 
   /// What the command line prints on standard error, without the program's name.
   std::string command_line(const std::string& study, const std::string& out, const std::string& more = "") const {
-    const std::string command = std::string(TRAIN_DERAIL_CLI) + " study '" + study + "' --out '" + out + "' --quiet " + more + " 2>&1";
+    const std::string command =
+        std::string(TRAIN_DERAIL_CLI) + " study '" + study + "' --out '" + out + "' --quiet " + more + " 2>&1";
     std::string said;
     FILE* const pipe = popen(command.c_str(), "r");
     if (pipe == nullptr) return "no pipe";
@@ -135,7 +136,8 @@ TEST_F(RosStudy, TableIsThatOfTheCommandLineAndTheLiveRunIsNotDisturbed) {
   ASSERT_TRUE(wait_for([&] { return cars.connected() && couplers.connected() && !run_info.empty(); }));
   const Restart::Response restarted = node.restart({}, true);
   ASSERT_TRUE(restarted.success) << restarted.message;
-  ASSERT_TRUE(wait_for([&] { return cars.last().run_id == restarted.run_id && couplers.last().run_id == restarted.run_id; }));
+  ASSERT_TRUE(
+      wait_for([&] { return cars.last().run_id == restarted.run_id && couplers.last().run_id == restarted.run_id; }));
 
   // As text; the file's name says where the base scenario is.
   RunStudyGoal g = goal("results", false, 2);
@@ -170,8 +172,10 @@ TEST_F(RosStudy, TableIsThatOfTheCommandLineAndTheLiveRunIsNotDisturbed) {
   EXPECT_EQ(all.back().failed, kRuns / 2);
   EXPECT_NE(all.back().message.find("20"), std::string::npos) << "steps_max: " << all.back().message;
 
-  ASSERT_TRUE(wait_for([&] { return run_info.last().run_id == restarted.run_id && run_info.last().state == RunInfo::ENDED; }));
-  ASSERT_TRUE(wait_for([&] { return cars.last().time == run_info.last().time && couplers.last().time == cars.last().time; }));
+  ASSERT_TRUE(
+      wait_for([&] { return run_info.last().run_id == restarted.run_id && run_info.last().state == RunInfo::ENDED; }));
+  ASSERT_TRUE(
+      wait_for([&] { return cars.last().time == run_info.last().time && couplers.last().time == cars.last().time; }));
   const auto of_another_run = [&](const auto& m) { return m.run_id != restarted.run_id; };
   cars.messages.erase(std::remove_if(cars.messages.begin(), cars.messages.end(), of_another_run), cars.messages.end());
   couplers.messages.erase(std::remove_if(couplers.messages.begin(), couplers.messages.end(), of_another_run),
@@ -264,9 +268,10 @@ TEST_F(RosStudy, FilesAreReadAndWrittenWhereTheyMayBeAndNowhereElse) {
   fs::create_symlink(outside / "new", folder_ / "dangling");
   const std::string absolute = outside.string(), nul("/etc/passwd\0/x", 13);
 
-  for (const std::string& file : {absolute + "/secret", absolute + "/not_there", std::string("/etc/passwd"), std::string("../") + "derail ros study.outside/secret",
-                                  path("link/secret"), path("secret_link"), path("../../derail ros study.outside/secret"), nul,
-                                  std::string("/proc/self/environ"), results_ + "/"}) {
+  for (const std::string& file :
+       {absolute + "/secret", absolute + "/not_there", std::string("/etc/passwd"),
+        std::string("../") + "derail ros study.outside/secret", path("link/secret"), path("secret_link"),
+        path("../../derail ros study.outside/secret"), nul, std::string("/proc/self/environ"), results_ + "/"}) {
     RunStudyGoal g = goal("x");
     g.file = file;
     const RunStudyResult r = client.result_of(g);
@@ -285,7 +290,8 @@ TEST_F(RosStudy, FilesAreReadAndWrittenWhereTheyMayBeAndNowhereElse) {
   not_there.replace(not_there.find("absent"), 6, "secret");
   EXPECT_EQ(not_there, there);
 
-  for (const std::string& scenario : {absolute + "/scenario.yaml", std::string("link/scenario.yaml"), std::string("secret_link"), std::string("\"../x\\0y\"")}) {
+  for (const std::string& scenario : {absolute + "/scenario.yaml", std::string("link/scenario.yaml"),
+                                      std::string("secret_link"), std::string("\"../x\\0y\"")}) {
     g = goal("x");
     g.text = "scenario: " + scenario + "\nfactors:\n  - {key: initial.speed, values: [1]}\n";
     const RunStudyResult r = client.result_of(g);
@@ -294,8 +300,9 @@ TEST_F(RosStudy, FilesAreReadAndWrittenWhereTheyMayBeAndNowhereElse) {
     EXPECT_EQ(r.message.find("secret-token"), std::string::npos) << r.message;
   }
 
-  for (const std::string& folder : {absolute + "/x", std::string("/tmp/x"), std::string("../x"), path("../../x"), path("link/x"), path("dangling"), results_, std::string("."),
-                                    results_ + "/", std::string("x\ny"), nul, std::string(5000, 'x')}) {
+  for (const std::string& folder :
+       {absolute + "/x", std::string("/tmp/x"), std::string("../x"), path("../../x"), path("link/x"), path("dangling"),
+        results_, std::string("."), results_ + "/", std::string("x\ny"), nul, std::string(5000, 'x')}) {
     g = goal("x");
     g.folder = folder;
     const RunStudyResult r = client.result_of(g);
@@ -325,7 +332,8 @@ TEST_F(RosStudy, FilesAreReadAndWrittenWhereTheyMayBeAndNowhereElse) {
 /// The process of the study under way; 0 if there is none.
 int study_process() {
   for (const auto& entry : fs::directory_iterator("/proc")) {
-    if (text_of(entry.path() / "cmdline").rfind("train_derail_study", 0) == 0) return std::stoi(entry.path().filename().string());
+    if (text_of(entry.path() / "cmdline").rfind("train_derail_study", 0) == 0)
+      return std::stoi(entry.path().filename().string());
   }
   return 0;
 }

@@ -14,7 +14,7 @@ namespace train_derail::files {
 class CsvError : public std::runtime_error {
  public:
   CsvError(const std::string& path, std::size_t line, const std::string& problem);
-  std::size_t line() const { return line_; }                // from 1; 0: the file as a whole
+  std::size_t line() const { return line_; }  // from 1; 0: the file as a whole
   const std::string& problem() const { return problem_; }
 
  private:
@@ -30,8 +30,8 @@ std::string csv_row(const std::vector<std::string>& fields);
 /// The fields of one row; false if `text` is no row (quotes that do not match), `problem` then says why.
 bool csv_fields(std::string_view text, std::vector<std::string>& fields, std::string& problem);
 
-/// Reads row by row. Lines end with LF or CR LF, a byte order mark is passed over, as are lines without anything. Fields may hold
-/// line ends. A row is at most kRowMax bytes.
+/// Reads row by row. Lines end with LF or CR LF, a byte order mark is passed over, as are lines without anything.
+/// Fields may hold line ends. A row is at most kRowMax bytes.
 class CsvReader {
  public:
   static constexpr std::size_t kRowMax = 1U << 20U;

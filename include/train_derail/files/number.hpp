@@ -8,7 +8,8 @@
 
 namespace train_derail::files {
 
-/// The number that the whole of `text` is, in the C locale; none if it is anything else, or beyond what the type N holds.
+/// The number that the whole of `text` is, in the C locale; none if it is anything else, or beyond what the type N
+/// holds.
 template <class N>
 std::optional<N> number(std::string_view text) {
   N value{};

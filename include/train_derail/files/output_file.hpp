@@ -18,11 +18,11 @@ struct ExistsError : std::runtime_error {
 };
 
 /// A file that takes its name when it is whole: until commit() it has none (O_TMPFILE), so that a kill leaves nothing.
-/// Where the file system cannot do that, it is `.train_derail-*.part` in the same folder: removed by the destructor, after
-/// a kill by the next OutputFile in that folder. Links are followed: what they point to is written.
+/// Where the file system cannot do that, it is `.train_derail-*.part` in the same folder: removed by the destructor,
+/// after a kill by the next OutputFile in that folder. Links are followed: what they point to is written.
 ///
-/// A pipe or a character device (/dev/null, a terminal), /dev/stdout, /dev/stderr and /dev/fd/N are written as it comes;
-/// commit() then only says whether all went through. A pipe without a reader is waited for a second.
+/// A pipe or a character device (/dev/null, a terminal), /dev/stdout, /dev/stderr and /dev/fd/N are written as it
+/// comes; commit() then only says whether all went through. A pipe without a reader is waited for a second.
 ///
 /// All errors are std::runtime_error, "PATH: what is wrong".
 class OutputFile {
@@ -39,7 +39,8 @@ class OutputFile {
   std::ostream& stream();
   /// Throws if something written so far could not be: a full device is noticed before the end.
   void check();
-  /// Flushes, syncs to the disk, and gives it its name. Throws ExistsError if somebody else has taken the name meanwhile.
+  /// Flushes, syncs to the disk, and gives it its name. Throws ExistsError if somebody else has taken the name
+  /// meanwhile.
   void commit();
 
   const std::string& path() const;

@@ -31,7 +31,8 @@ inline Character first_character(std::string_view text) {
   return {code, bytes, true};
 }
 
-/// Characters that do something instead of being seen: control characters, breaks of lines, marks that turn the direction of writing.
+/// Characters that do something instead of being seen: control characters, breaks of lines, marks that turn the
+/// direction of writing.
 inline bool is_control(char32_t c) {
   return c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0x2028 || c == 0x2029 || (c >= 0x202a && c <= 0x202e) ||
          (c >= 0x2066 && c <= 0x2069) || c == 0xfeff || c == 0xfffe || c == 0xffff;
@@ -43,8 +44,8 @@ bool is_utf8(std::string_view text);
 /// Characters of a value or key that messages show at most.
 inline constexpr std::size_t kShownMax = 200;
 
-/// `text` for messages and titles, on one line and without effect on a terminal: what is no printable character of valid UTF-8 is
-/// written as \n, \x1b or \u202e. Cut behind `most` characters, which "..." shows.
+/// `text` for messages and titles, on one line and without effect on a terminal: what is no printable character of
+/// valid UTF-8 is written as \n, \x1b or \u202e. Cut behind `most` characters, which "..." shows.
 std::string printable(std::string_view text, std::size_t most = std::string::npos);
 
 }  // namespace train_derail::files

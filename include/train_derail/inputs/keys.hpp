@@ -17,7 +17,7 @@ struct KeyValue {
   std::string shown_unit;  // the one people read; "" if the same
   bool whole = false;      // counts and seeds: no fractions
   std::string meaning;
-  std::string acts_with;   // if the value has no effect in this scenario: what it would have one with; "" if it acts
+  std::string acts_with;  // if the value has no effect in this scenario: what it would have one with; "" if it acts
 };
 
 /// Every key of the scenario that has a value, in the order of the file.
@@ -26,8 +26,8 @@ std::vector<KeyValue> key_values(const Scenario& scenario);
 /// One of them. Throws InputError that names the keys there are.
 KeyValue key_value(const Scenario& scenario, const std::string& key);
 
-/// `base` with some inputs changed (values as KeyValue::value has them), validated. Much cheaper than reading a file anew.
-/// Throws InputError.
+/// `base` with some inputs changed (values as KeyValue::value has them), validated. Much cheaper than reading a file
+/// anew. Throws InputError.
 Scenario with_values(Scenario base, const std::vector<Override>& values);
 
 }  // namespace train_derail::inputs

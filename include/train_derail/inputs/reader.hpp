@@ -21,11 +21,13 @@ struct Override {
 /// Splits "key=value". Throws InputError if there is no '='.
 Override parse_override(std::string_view text);
 
-/// The content of a file. Throws InputError if it cannot be read, has more than `bytes_max` bytes, or is a folder, a pipe, a device.
+/// The content of a file. Throws InputError if it cannot be read, has more than `bytes_max` bytes, or is a folder, a
+/// pipe, a device.
 std::string read_file(const std::string& path, std::size_t bytes_max);
 
-/// A YAML file, or text that `source` names, as a tree; merge keys (<<) are resolved. Throw InputError: unreadable, not YAML, too long,
-/// nested too deeply, too many values (with aliases expanded), or something that roslaunch (YAML 1.1) would read as another value.
+/// A YAML file, or text that `source` names, as a tree; merge keys (<<) are resolved. Throw InputError: unreadable, not
+/// YAML, too long, nested too deeply, too many values (with aliases expanded), or something that roslaunch (YAML 1.1)
+/// would read as another value.
 YAML::Node load_file(const std::string& path);
 YAML::Node load_text(const std::string& text, const std::string& source);
 

@@ -19,8 +19,8 @@ struct Warning {
 /// "coupler.slack = 5 ft: longer than usual: 0 to 1 ft", one line.
 std::string to_string(const Warning& warning);
 
-/// Of a valid scenario; empty if nothing is odd. Odd are numbers out of their usual range, values other than the default that the
-/// chosen laws do not use, and trains of which nothing was compared with reality.
+/// Of a valid scenario; empty if nothing is odd. Odd are numbers out of their usual range, values other than the
+/// default that the chosen laws do not use, and trains of which nothing was compared with reality.
 std::vector<Warning> warnings(const Scenario& scenario);
 
 /// The same for a scenario with changed inputs: each of `given` that has no effect, even if it is the default.

@@ -1,5 +1,5 @@
-// Emergency application of air brakes: a signal runs along the pipe, each car's valve waits its dead time, force builds up
-// linearly. After: National Academies 24698, fig. F-9 (all brakes of 150 cars built up within 16 s, with a second
+// Emergency application of air brakes: a signal runs along the pipe, each car's valve waits its dead time, force builds
+// up linearly. After: National Academies 24698, fig. F-9 (all brakes of 150 cars built up within 16 s, with a second
 // source at the rear), 280 m/s along the pipe.
 #pragma once
 

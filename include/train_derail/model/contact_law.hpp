@@ -1,5 +1,6 @@
-// Normal force between two car bodies: a spring while they close, weaker while they part, so that a central hit returns the
-// share e of its speed; above the crush force the bodies yield. Crush force of a tank head or an underframe: 1-1.5e6 lbf.
+// Normal force between two car bodies: a spring while they close, weaker while they part, so that a central hit returns
+// the share e of its speed; above the crush force the bodies yield. Crush force of a tank head or an underframe:
+// 1-1.5e6 lbf.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +9,10 @@
 
 namespace train_derail::model {
 
-/// F >= 0 [N] at overlap `depth` [m], growing at `rate` [m/s]. `crushed` [m]: part of the depth that has yielded in this touch,
-/// kept by the caller, 0 at first. Loading k (d - d_c) up to crush_force; unloading e^2 of it: then the impulse after over the
-/// impulse before is e (harmonic quarter waves of stiffness k and e^2 k), if nothing has crushed.
+/// F >= 0 [N] at overlap `depth` [m], growing at `rate` [m/s]. `crushed` [m]: part of the depth that has yielded in
+/// this touch, kept by the caller, 0 at first. Loading k (d - d_c) up to crush_force; unloading e^2 of it: then the
+/// impulse after over the impulse before is e (harmonic quarter waves of stiffness k and e^2 k), if nothing has
+/// crushed.
 inline double contact_force(const inputs::Contact& c, double depth, double rate, double& crushed) {
   if (rate > 0.0) crushed = std::max(crushed, depth - c.crush_force / c.stiffness);
   const double spring = c.stiffness * std::max(depth - crushed, 0.0);

@@ -1,5 +1,6 @@
 // Coupler as a massless pin-ended bar: axial force (paper, figure 3), moment at the swing stop (figure 4),
-// lateral force from the bar's moment balance (eq. 14), reactions on both cars (eqs. 6-14 as corrected in docs/model.md).
+// lateral force from the bar's moment balance (eq. 14), reactions on both cars (eqs. 6-14 as corrected in
+// docs/model.md).
 #pragma once
 
 #include <algorithm>
@@ -100,8 +101,7 @@ CouplerLoad<T> coupler_load(const inputs::Coupler& law, double cos_limit, const 
 template <class T>
 CouplerState<T> coupler_state(const inputs::Coupler& law, const T& dx, const T& dy, const T& c_lead, const T& s_lead,
                               const T& c_trail, const T& s_trail) {
-  const CouplerLoad<T> b =
-      coupler_load<T>(law, std::cos(law.swing_limit), dx, dy, c_lead, s_lead, c_trail, s_trail);
+  const CouplerLoad<T> b = coupler_load<T>(law, std::cos(law.swing_limit), dx, dy, c_lead, s_lead, c_trail, s_trail);
   return {b, swing_angle(true, b.ux, b.uy, c_lead, s_lead), swing_angle(true, b.ux, b.uy, c_trail, s_trail)};
 }
 

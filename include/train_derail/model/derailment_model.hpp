@@ -21,8 +21,8 @@ class DerailmentModel final : public TrainModel {
   /// instruction_sets(); by default the first of them that suits the length of the train.
   explicit DerailmentModel(const inputs::Scenario& scenario, const std::string& instruction_set = "");
 
-  /// Versions of derivative() and gaps() that this processor can run, fastest first: of "avx512", "avx2", "plain". They agree to
-  /// rounding. Short trains have only the last.
+  /// Versions of derivative() and gaps() that this processor can run, fastest first: of "avx512", "avx2", "plain". They
+  /// agree to rounding. Short trains have only the last.
   static std::vector<std::string> instruction_sets(Eigen::Index cars);
 
   /// Past the point of derailment: latched by derail(), never undone; the first car from the start.
@@ -37,8 +37,8 @@ class DerailmentModel final : public TrainModel {
   bool derivative(const double* y, double* dydt) const;
 
   /// Jacobian of derivative() in the band ordering: index of (car, coordinate) is 6 car + coordinate, work terms last.
-  /// Rows of the work terms are left zero (they feed back on nothing). `set(row, column, value)` is called for each entry
-  /// inside the band once; entries not set are zero.
+  /// Rows of the work terms are left zero (they feed back on nothing). `set(row, column, value)` is called for each
+  /// entry inside the band once; entries not set are zero.
   using SetEntry = std::function<void(Eigen::Index row, Eigen::Index column, double value)>;
   void jacobian(const double* y, const SetEntry& set) const;
   static Eigen::Index band_index(Eigen::Index car, Coordinate c) { return kCoordinates * car + c; }

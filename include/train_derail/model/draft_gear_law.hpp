@@ -1,5 +1,6 @@
-// Axial force of a coupler with draft gears and damping, and when it breaks. Without them: axial_force of coupler_law.hpp.
-// Draft gears travel about 3.25 in each; knuckles hold 400-650 kip, coupler bodies 700-900 kip (AAR M-211).
+// Axial force of a coupler with draft gears and damping, and when it breaks. Without them: axial_force of
+// coupler_law.hpp. Draft gears travel about 3.25 in each; knuckles hold 400-650 kip, coupler bodies 700-900 kip (AAR
+// M-211).
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,8 @@ namespace train_derail::model {
 /// Energy [J] stored at `excess` [m] >= 0 beyond the slack: k_1 over the travel, then K.
 inline double draft_gear_energy(const inputs::Coupler& c, double excess) {
   const double gear = std::min(excess, c.draft_gear_travel), solid = excess - gear;
-  return 0.5 * c.draft_gear_stiffness * gear * gear + (c.draft_gear_stiffness * gear + 0.5 * c.stiffness * solid) * solid;
+  return 0.5 * c.draft_gear_stiffness * gear * gear +
+         (c.draft_gear_stiffness * gear + 0.5 * c.stiffness * solid) * solid;
 }
 
 /// c = 2 zeta sqrt(k m) [N s/m] of the two cars (reduced mass m) on the first spring.
@@ -32,8 +34,8 @@ T coupler_spring_force(const inputs::Coupler& c, const T& gap) {
   return select(far < T(0.0), force, T(-force));
 }
 
-/// Damper force [N], sign of F (buff positive), at gap rate `rate` [m/s], given the spring force there: opposes the rate, and never
-/// turns the sum of both round (a coupler that closes again must not pull). None in the slack.
+/// Damper force [N], sign of F (buff positive), at gap rate `rate` [m/s], given the spring force there: opposes the
+/// rate, and never turns the sum of both round (a coupler that closes again must not pull). None in the slack.
 template <class T>
 T coupler_damper_force(const T& damping, const T& spring_force, const T& rate) {
   const T damper = -damping * rate, back = -spring_force;

@@ -1,7 +1,8 @@
-// The paper's model with the parts that it lacks, each switched by its own input: rails that yield, air brakes, ground friction
-// by slip, draft gear, couplers that break, contact of car bodies, cars ahead of the point of derailment, torn track, curves and
-// grade (docs/accident_model.md). With all of them off: the paper's model. Latches and impacts make it not smooth, so it is
-// made for steps of fixed length. Knows no time stepping: a solver asks for accelerations and says when a step is done.
+// The paper's model with the parts that it lacks, each switched by its own input: rails that yield, air brakes, ground
+// friction by slip, draft gear, couplers that break, contact of car bodies, cars ahead of the point of derailment, torn
+// track, curves and grade (docs/accident_model.md). With all of them off: the paper's model. Latches and impacts make
+// it not smooth, so it is made for steps of fixed length. Knows no time stepping: a solver asks for accelerations and
+// says when a step is done.
 #pragma once
 
 #include <memory>
@@ -23,8 +24,8 @@ class ExtendedModel final : public TrainModel {
   /// instruction_sets(); by default the first of them.
   explicit ExtendedModel(const inputs::Scenario& scenario, const std::string& instruction_set = "");
 
-  /// Versions of the loops over cars that this processor can run on a train of that length, fastest first: of "avx512", "avx2",
-  /// "plain". They agree to rounding.
+  /// Versions of the loops over cars that this processor can run on a train of that length, fastest first: of "avx512",
+  /// "avx2", "plain". They agree to rounding.
   static std::vector<std::string> instruction_sets(Eigen::Index cars);
 
   ~ExtendedModel() override;
@@ -33,10 +34,12 @@ class ExtendedModel final : public TrainModel {
   /// What has happened before the first step: trucks that start past the point of derailment are off the rails.
   void start(const double* y);
 
-  /// Accelerations (cars x 3, column by column: x, y, theta) at time t of a step of length h; y as start() or settle() has left it.
+  /// Accelerations (cars x 3, column by column: x, y, theta) at time t of a step of length h; y as start() or settle()
+  /// has left it.
   void accelerations(double t, double h, const double* y, double* result);
-  /// The step from (t, before) to (t + h, y) is done: latches, work, and what gives way before the forces at its end can act: couplers
-  /// break and trucks leave the rails within the step, where the limit is reached. May change velocities in y (kicks).
+  /// The step from (t, before) to (t + h, y) is done: latches, work, and what gives way before the forces at its end
+  /// can act: couplers break and trucks leave the rails within the step, where the limit is reached. May change
+  /// velocities in y (kicks).
   void settle(double t, double h, const double* before, double* y);
 
   bool derailed(Eigen::Index car) const override;
@@ -56,7 +59,9 @@ class ExtendedModel final : public TrainModel {
   enum End { FRONT, REAR };
   /// Trucks are numbered: the front ones of all cars, then the rear ones.
   Eigen::Index truck(Eigen::Index car, End end) const { return end == FRONT ? car : car_count() + car; }
-  double arm(Eigen::Index truck) const { return truck < car_count() ? half_spacing_[truck] : -half_spacing_[truck - car_count()]; }
+  double arm(Eigen::Index truck) const {
+    return truck < car_count() ? half_spacing_[truck] : -half_spacing_[truck - car_count()];
+  }
   Eigen::Index car_of(Eigen::Index truck) const { return truck < car_count() ? truck : truck - car_count(); }
   bool on_rails(Eigen::Index truck) const { return cause_[static_cast<std::size_t>(truck)] == Cause::none; }
 
@@ -101,7 +106,7 @@ class ExtendedModel final : public TrainModel {
   ArrayX pin_x_, pin_y_, moment_lead_, moment_trail_;  // cars + 1 entries
   std::vector<inputs::GroundPatch> patches_;
   Eigen::Index standing_ = -1;  // foremost car that stands on the rails behind what has derailed
-  bool forces_found_ = false;  // those of find_forces() belong to the next step
+  bool forces_found_ = false;   // those of find_forces() belong to the next step
   std::unique_ptr<Contacts> contacts_;
   Incidents incidents_;
   EnergyLedger spent_;  // its work_... terms

@@ -23,17 +23,18 @@ GroundForce<T> friction(const T& load, const T& u, const T& v, double v_eps) {
   return {T(factor * u), T(factor * v)};
 }
 
-/// Friction coefficient of a truck off the rails (law by_slip): a car that follows its own axis on the bed of the track drags
-/// little, one that slides across it or lies beside the track much. mu = mu_0 + (mu_1 - mu_0) max(S(|v_lat| / (r |v|)),
-/// C((|y| - half gauge) / far_distance)), S: smoothstep, C: clamped to [0, 1].
-/// `speed_squared` of the truck [m^2/s^2] and its velocity across the car's axis [m/s]; `offset` of the truck from the centre line [m].
+/// Friction coefficient of a truck off the rails (law by_slip): a car that follows its own axis on the bed of the track
+/// drags little, one that slides across it or lies beside the track much. mu = mu_0 + (mu_1 - mu_0) max(S(|v_lat| / (r
+/// |v|)), C((|y| - half gauge) / far_distance)), S: smoothstep, C: clamped to [0, 1]. `speed_squared` of the truck
+/// [m^2/s^2] and its velocity across the car's axis [m/s]; `offset` of the truck from the centre line [m].
 template <class T>
 T slip_friction(const inputs::Ground& g, const T& speed_squared, const T& across, const T& offset) {
   constexpr double kHalfGauge = 0.5 * 1.435;  // m, standard gauge
   const auto clamped = [](const T& x) { return select(x < T(0.0), T(0.0), select(x > T(1.0), T(1.0), x)); };
   const auto size = [](const T& x) { return select(x < T(0.0), T(-x), x); };
   const double per_slip = 1.0 / g.slip_ratio, per_distance = 1.0 / g.far_distance;
-  const T slip = select(speed_squared > T(0.0), clamped(size(across) * Roots<T>::inverse(speed_squared) * per_slip), T(0.0));
+  const T slip =
+      select(speed_squared > T(0.0), clamped(size(across) * Roots<T>::inverse(speed_squared) * per_slip), T(0.0));
   const T far = clamped((size(offset) - kHalfGauge) * per_distance), smooth = slip * slip * (3.0 - 2.0 * slip);
   return g.in_line_friction + (g.broadside_friction - g.in_line_friction) * select(smooth > far, smooth, far);
 }

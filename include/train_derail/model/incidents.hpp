@@ -1,4 +1,5 @@
-// What happens to a train at one moment, as the extended model notes it down. Cars and couplers are counted from 0 here.
+// What happens to a train at one moment, as the extended model notes it down. Cars and couplers are counted from 0
+// here.
 #pragma once
 
 #include <vector>
@@ -35,33 +36,33 @@ enum class Face { front, rear, left, right };
 
 /// Two bodies that come to touch. Touches of the same two cars less than 0.25 s apart are one impact.
 struct Impact {
-  double time;                 // of the first touch [s]
-  double end;                  // of the last one so far [s]
-  Eigen::Index car_a, car_b;   // a < b
-  Face face_a, face_b;         // at the first touch
-  double along_a, along_b;     // place on the car, from its centre forward [m]
-  double x, y;                 // where [m]
-  double closing_speed;        // relative velocity of the two bodies there: its magnitude [m/s]
-  double closing_normal;       // ... and what of it closes the gap [m/s]
-  double impulse;              // of the normal force [N s]
-  double peak_force;           // normal [N]
+  double time;                // of the first touch [s]
+  double end;                 // of the last one so far [s]
+  Eigen::Index car_a, car_b;  // a < b
+  Face face_a, face_b;        // at the first touch
+  double along_a, along_b;    // place on the car, from its centre forward [m]
+  double x, y;                // where [m]
+  double closing_speed;       // relative velocity of the two bodies there: its magnitude [m/s]
+  double closing_normal;      // ... and what of it closes the gap [m/s]
+  double impulse;             // of the normal force [N s]
+  double peak_force;          // normal [N]
 };
 
 struct Peak {
   double force = 0.0;  // N
   Eigen::Index coupler = -1;
-  double time = 0.0;   // s
+  double time = 0.0;  // s
 };
 
 struct Incidents {
   std::vector<Derailment> derailments;  // in the order of time, like the others
   std::vector<BrokenCoupler> broken;
   std::vector<Impact> impacts;
-  Peak buff, draft;                     // of the couplers
-  double blockage_impulse = 0.0;        // of the buff force on the foremost car that still stands on the rails behind [N s]
-  double blockage_peak = 0.0;           // N
-  double blockage_time = 0.0;           // for which it was felt [s]
-  double overlap_max = 0.0;             // deepest overlap of two footprints beyond what was crushed [m]
+  Peak buff, draft;               // of the couplers
+  double blockage_impulse = 0.0;  // of the buff force on the foremost car that still stands on the rails behind [N s]
+  double blockage_peak = 0.0;     // N
+  double blockage_time = 0.0;     // for which it was felt [s]
+  double overlap_max = 0.0;       // deepest overlap of two footprints beyond what was crushed [m]
 };
 
 }  // namespace train_derail::model

@@ -1,5 +1,6 @@
-// Lateral force of the rails on a truck, and when it leaves them: a spring and a dashpot towards the alignment, and a limit of
-// lateral over vertical load (L/V). AAR thresholds 1.0 (new cars) and 0.82 (wheel climb in curves); Nadal's formula gives 0.8-1.6.
+// Lateral force of the rails on a truck, and when it leaves them: a spring and a dashpot towards the alignment, and a
+// limit of lateral over vertical load (L/V). AAR thresholds 1.0 (new cars) and 0.82 (wheel climb in curves); Nadal's
+// formula gives 0.8-1.6.
 #pragma once
 
 #include <cmath>
@@ -20,9 +21,10 @@ T rail_force(const inputs::Rails& r, const T& damping, const T& offset, const T&
   return -r.stiffness * offset - damping * rate;
 }
 
-/// For how long the limit of L/V has been exceeded without a break [s], after a step of length h [s] in which the lateral force of a truck
-/// has gone from `from` to `to` [N], linearly, under `load` (its share of W) [N]; `before`: the same after the step before. If the force
-/// falls below the limit within the step, up to that moment. Beyond derail_time the truck leaves the rails.
+/// For how long the limit of L/V has been exceeded without a break [s], after a step of length h [s] in which the
+/// lateral force of a truck has gone from `from` to `to` [N], linearly, under `load` (its share of W) [N]; `before`:
+/// the same after the step before. If the force falls below the limit within the step, up to that moment. Beyond
+/// derail_time the truck leaves the rails.
 template <class T>
 T overloaded_time(const inputs::Rails& r, const T& from, const T& to, const T& load, double h, const T& before) {
   using std::abs;
@@ -32,8 +34,10 @@ T overloaded_time(const inputs::Rails& r, const T& from, const T& to, const T& l
                 select(stays, T(h * last / (last - first)), T(0.0)));
 }
 
-/// When within that step, whose end is at time t [s], the limit had been exceeded for derail_time; `reached`: the step's overloaded_time.
-inline double derail_moment(const inputs::Rails& r, double from, double to, double load, double t, double h, double reached) {
+/// When within that step, whose end is at time t [s], the limit had been exceeded for derail_time; `reached`: the
+/// step's overloaded_time.
+inline double derail_moment(const inputs::Rails& r, double from, double to, double load, double t, double h,
+                            double reached) {
   const double limit = r.derail_ratio * load, first = std::abs(from) - limit, last = std::abs(to) - limit;
   const double end = last > 0.0 ? t : t - h * last / (last - first);
   return end - (reached - r.derail_time);

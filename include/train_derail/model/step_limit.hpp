@@ -1,4 +1,5 @@
-// How long a step of fixed length may be before the motion blows up, from masses, stiffnesses and damping alone: known before the run.
+// How long a step of fixed length may be before the motion blows up, from masses, stiffnesses and damping alone: known
+// before the run.
 #pragma once
 
 #include <string>
@@ -16,9 +17,9 @@ struct StepLimit {
   double step_max = 0.0;  ///< longest stable step [s]; infinite if it has neither
 };
 
-/// Of all mechanisms that the scenario has, the strictest first. Bounds are Gershgorin's, with couplers turned as far as they can swing:
-/// on the safe side, for most trains by a factor below two. Stable steps of the semi-implicit method hold h^2 rate^2 + 2 h damping < 4,
-/// those of the explicit Runge-Kutta methods h (rate + damping / 3) < 1.
+/// Of all mechanisms that the scenario has, the strictest first. Bounds are Gershgorin's, with couplers turned as far
+/// as they can swing: on the safe side, for most trains by a factor below two. Stable steps of the semi-implicit method
+/// hold h^2 rate^2 + 2 h damping < 4, those of the explicit Runge-Kutta methods h (rate + damping / 3) < 1.
 std::vector<StepLimit> step_limits(const inputs::Scenario& scenario);
 
 /// Throws inputs::InputError if solver.fixed_step is longer than step_limits() allow.

@@ -1,5 +1,5 @@
-// Centre line of the track, its lateral alignment, and where it has been torn up. Straight along +x through the origin unless
-// the scenario has curves; x = 0 is the point of derailment and arc length s grows in the direction of travel.
+// Centre line of the track, its lateral alignment, and where it has been torn up. Straight along +x through the origin
+// unless the scenario has curves; x = 0 is the point of derailment and arc length s grows in the direction of travel.
 #pragma once
 
 #include <algorithm>
@@ -65,12 +65,12 @@ class Track {
  private:
   static constexpr double kBin = 5.0 * inputs::kFoot;
 
-  double s_min_;  // m
-  std::vector<double> alignment_;   // every kBin; the same beyond the ends as at them
+  double s_min_;                   // m
+  std::vector<double> alignment_;  // every kBin; the same beyond the ends as at them
   double last_bin_ = 0.0;
-  std::vector<Node> nodes_;         // every kBin, if there are curves
+  std::vector<Node> nodes_;  // every kBin, if there are curves
   TornBins torn_bins_;
-  std::vector<double> torn_;        // a bin each: 1 if torn, else 0
+  std::vector<double> torn_;  // a bin each: 1 if torn, else 0
   double torn_from_ = inputs::kInfinity, torn_to_ = -inputs::kInfinity;
 };
 

@@ -31,7 +31,7 @@ struct CarMotion {
   Vector2 centre;    // m
   Vector2 axis;      // unit vector, forward
   Vector2 velocity;  // of the centre [m/s]
-  double omega;              // rad/s
+  double omega;      // rad/s
 
   Vector2 side() const { return {-axis.y(), axis.x()}; }
   /// `offset` along the axis from the centre, forward positive [m].
@@ -84,8 +84,12 @@ class TrainModel {
   PointMotion point(const double* y, Eigen::Index car, double offset) const { return car_motion(y, car).point(offset); }
   PointMotion front_pin(const double* y, Eigen::Index car) const { return point(y, car, 0.5 * at(car).length); }
   PointMotion rear_pin(const double* y, Eigen::Index car) const { return point(y, car, -0.5 * at(car).length); }
-  PointMotion front_truck(const double* y, Eigen::Index car) const { return point(y, car, 0.5 * at(car).truck_spacing); }
-  PointMotion rear_truck(const double* y, Eigen::Index car) const { return point(y, car, -0.5 * at(car).truck_spacing); }
+  PointMotion front_truck(const double* y, Eigen::Index car) const {
+    return point(y, car, 0.5 * at(car).truck_spacing);
+  }
+  PointMotion rear_truck(const double* y, Eigen::Index car) const {
+    return point(y, car, -0.5 * at(car).truck_spacing);
+  }
 
   virtual EnergyLedger energy(const double* y) const = 0;
   Momentum momentum(const double* y) const;

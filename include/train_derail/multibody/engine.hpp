@@ -44,8 +44,8 @@ struct CouplerForce {
   double lateral;  // E [N]
 };
 
-/// One run, by the Runge-Kutta-Merson method. Of the scenario's solver.* only rtol, steps_max and wall_time_max apply. Not copyable;
-/// one thread an object, any number of objects.
+/// One run, by the Runge-Kutta-Merson method. Of the scenario's solver.* only rtol, steps_max and wall_time_max apply.
+/// Not copyable; one thread an object, any number of objects.
 class Engine {
  public:
   /// Throws inputs::InputError if the scenario is not valid, std::runtime_error if this build has no engine.
@@ -55,7 +55,8 @@ class Engine {
   Engine& operator=(Engine&&) noexcept;
 
   /// Runs on to simulated time t [s], or to the end of the run if that comes first. A t in the past does nothing.
-  /// Returns within a sample once `stop` is set: then time() may be short of t and the run has not ended; a later call goes on.
+  /// Returns within a sample once `stop` is set: then time() may be short of t and the run has not ended; a later call
+  /// goes on.
   void advance(double t, const std::atomic<bool>* stop = nullptr);
   /// Runs to the end.
   void run(const std::atomic<bool>* stop = nullptr);

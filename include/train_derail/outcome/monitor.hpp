@@ -1,11 +1,12 @@
-// Watches a run and keeps what the outcome needs. Peaks are looked for in every step, the rest on a fixed grid of samples.
+// Watches a run and keeps what the outcome needs. Peaks are looked for in every step, the rest on a fixed grid of
+// samples.
 #pragma once
 
 #include <utility>
 #include <vector>
 
-#include "train_derail/model/train_model.hpp"
 #include "train_derail/model/footprint.hpp"
+#include "train_derail/model/train_model.hpp"
 #include "train_derail/outcome/outcome.hpp"
 
 namespace train_derail::outcome {
@@ -34,7 +35,8 @@ class Monitor {
 
   /// What is unaccounted for of the energy at the start, as in Outcome.
   double energy_residual(const model::EnergyLedger& now) const;
-  /// Counts, peaks, pile-up and energy at (t, y), which may lie beyond the last step; leaves why it ended and the solver's figures alone.
+  /// Counts, peaks, pile-up and energy at (t, y), which may lie beyond the last step; leaves why it ended and the
+  /// solver's figures alone.
   void report(double t, const double* y, Outcome& outcome) const;
 
  private:
@@ -72,15 +74,15 @@ class Monitor {
   double step_time_;
   ArrayX gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
   GapExtremes extremes_;
-  /// Of every coupler since forget_peaks(): axial forces, buff positive, where the model notes its incidents itself, else gaps with the
-  /// sign turned round, which rise with them.
+  /// Of every coupler since forget_peaks(): axial forces, buff positive, where the model notes its incidents itself,
+  /// else gaps with the sign turned round, which rise with them.
   ArrayX highest_, highest_time_, lowest_, lowest_time_;
   std::size_t broken_seen_ = 0;  // of the model's own record
   ArrayX half_length_, half_width_, half_spacing_;
   ArrayX astray_;  // farthest that either truck of a car has been from the centre line in any sample [m]
   ArrayX cosine_, sine_, rearmost_, foremost_, half_breadth_;  // headings and extents of the cars in the last sample
   ArrayX pins_squared_, centres_squared_;  // relative speeds of neighbours, squared, in the last sample [m^2/s^2]
-  std::vector<Eigen::Index> by_x_;                              // cars in the order of their rearmost reach
+  std::vector<Eigen::Index> by_x_;         // cars in the order of their rearmost reach
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
   Closing closing_;
   std::vector<Closing> touches_;

@@ -13,8 +13,8 @@
 namespace train_derail::ros_face {
 
 /// Writes PATH.active, which becomes PATH when it is closed and is locked till then. All topics but /clock, which
-/// `rosbag play --clock` makes; received at their stamps, latched as the node latches them. A disk that is full ends the
-/// recording, not the run.
+/// `rosbag play --clock` makes; received at their stamps, latched as the node latches them. A disk that is full ends
+/// the recording, not the run.
 ///
 /// Nothing that exists is written over, PATH or PATH.active: after a kill `rosbag reindex` makes the latter whole.
 class BagRecorder : public MessageSink {
@@ -53,10 +53,10 @@ class BagRecorder : public MessageSink {
 
   const std::string path_, node_;
   const files::Existing existing_;
-  int lock_ = -1;  // descriptor of PATH.active
+  int lock_ = -1;                     // descriptor of PATH.active
   std::unique_ptr<rosbag::Bag> bag_;  // none once closed
   std::string error_;
-  ::ros::Time now_;  // stamp of the last grid point
+  ::ros::Time now_;                                                        // stamp of the last grid point
   std::map<std::string, boost::shared_ptr<::ros::M_string>> connections_;  // one header object a topic
 };
 

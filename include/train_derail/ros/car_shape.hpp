@@ -1,5 +1,5 @@
-// What a car looks like: a few dozen triangles and lines in the car's own axes, x forward, y left, z above the rail head,
-// origin between the truck centres.
+// What a car looks like: a few dozen triangles and lines in the car's own axes, x forward, y left, z above the rail
+// head, origin between the truck centres.
 #pragma once
 
 #include <string>

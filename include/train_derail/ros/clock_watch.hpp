@@ -13,13 +13,13 @@
 
 namespace train_derail::ros_face {
 
-/// Finds who publishes /clock. With two of them (a simulator and a replay, say) time jumps back and forth for every node
-/// that follows it, and ROS says nothing.
+/// Finds who publishes /clock. With two of them (a simulator and a replay, say) time jumps back and forth for every
+/// node that follows it, and ROS says nothing.
 class ClockRivals {
  public:
   ClockRivals();
-  /// Names of all that publish it, if they are more than one; empty as it should be. Asks the master, and may wait for it, but
-  /// only while there is more than one connection. One thread at a time.
+  /// Names of all that publish it, if they are more than one; empty as it should be. Asks the master, and may wait for
+  /// it, but only while there is more than one connection. One thread at a time.
   const std::vector<std::string>& look();
 
  private:

@@ -17,8 +17,8 @@ namespace train_derail::ros_face {
 /// One object a run. One namespace a kind of thing.
 class MarkerScene {
  public:
-  /// `cars` of the scenario. `frame`: the world's name. `interval` between two arrays [s]: a touch is shown for a second,
-  /// but at least once.
+  /// `cars` of the scenario. `frame`: the world's name. `interval` between two arrays [s]: a touch is shown for a
+  /// second, but at least once.
   MarkerScene(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const std::string& frame,
               double interval);
 
@@ -47,13 +47,13 @@ class MarkerScene {
   void draw_flashes(double time, const std::vector<outcome::Closing>& touches);
 
   const std::vector<model::Car> cars_;
-  std::vector<CarShape> shapes_;       // of every car
-  const bool rails_yield_;             // bodies are coloured by what derailed them
-  double train_length_;                // m
-  double far_text_ = 0.0;              // height of text that is read when the whole train is in view [m]
-  double force_axis_y_ = 0.0;          // m
-  double middle_x_ = 0.0, status_y_ = 0.0;  // of what is read when the whole train is in view [m]
-  double flash_time_;                  // s
+  std::vector<CarShape> shapes_;                   // of every car
+  const bool rails_yield_;                         // bodies are coloured by what derailed them
+  double train_length_;                            // m
+  double far_text_ = 0.0;                          // height of text that is read when the whole train is in view [m]
+  double force_axis_y_ = 0.0;                      // m
+  double middle_x_ = 0.0, status_y_ = 0.0;         // of what is read when the whole train is in view [m]
+  double flash_time_;                              // s
   std::vector<geometry_msgs::Point> near_legend_;  // places of its markers about its centre
   visualization_msgs::MarkerArray array_;
 };

@@ -24,8 +24,8 @@ struct StreamOptions {
 
 /// What ~run_info says that a simulation does not know.
 struct RunState {
-  std::uint8_t state = RunInfo::RUNNING;  // of RunInfo
-  double rate = 0.0;                      // wanted [-]
+  std::uint8_t state = RunInfo::RUNNING;      // of RunInfo
+  double rate = 0.0;                          // wanted [-]
   std::vector<std::string> clock_publishers;  // if more than one
 };
 
@@ -42,7 +42,8 @@ class RunStream {
   /// Last events, markers, impacts, outcome, state.
   void end_run(const simulation::Simulation& simulation, const outcome::Outcome& outcome, const RunState& state);
 
-  /// After the end: time goes on by `seconds`, and tf with it, so that nobody who follows them stands still. Not in bags.
+  /// After the end: time goes on by `seconds`, and tf with it, so that nobody who follows them stands still. Not in
+  /// bags.
   void idle(double seconds);
 
   /// Sends the markers of the last grid point if they were left out.

@@ -45,8 +45,8 @@ struct NextRun {
   bool paused = false;
 };
 
-/// Reads and builds what is asked for, from `current` if nothing else is given. Takes as long as the input is large: not for
-/// the simulation's thread. Throws inputs::InputError.
+/// Reads and builds what is asked for, from `current` if nothing else is given. Takes as long as the input is large:
+/// not for the simulation's thread. Throws inputs::InputError.
 NextRun prepare(const RestartRequest& request, const ScenarioSource& current);
 
 struct StepProgress {

@@ -15,10 +15,11 @@ namespace train_derail::ros_face {
 constexpr const char kStudyWorker[] = "--study-worker";
 
 /// Runs the goal in a process of lower priority and bounded memory, which is the same program again, and returns its
-/// result. It is ended when `stop` is set: asked first, killed soon after; what is done stays on disk. It does not outlive
-/// the calling thread. `feedback` is called from the calling thread. Never throws.
+/// result. It is ended when `stop` is set: asked first, killed soon after; what is done stays on disk. It does not
+/// outlive the calling thread. `feedback` is called from the calling thread. Never throws.
 RunStudyResult run_study_process(const RunStudyGoal& goal, const FileBounds& bounds,
-                                 const std::function<void(const RunStudyFeedback&)>& feedback, const std::atomic<bool>& stop);
+                                 const std::function<void(const RunStudyFeedback&)>& feedback,
+                                 const std::atomic<bool>& stop);
 
 /// The whole of such a process; returns its exit code. Knows no master.
 int study_worker(int argc, char** argv);

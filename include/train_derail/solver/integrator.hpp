@@ -1,4 +1,5 @@
-// Integrators of ordinary differential equations behind one small interface. Knows no trains; SUNDIALS stays in the .cpp.
+// Integrators of ordinary differential equations behind one small interface. Knows no trains; SUNDIALS stays in the
+// .cpp.
 #pragma once
 
 #include <cstdint>
@@ -52,8 +53,8 @@ class SteppedSystem {
 };
 
 struct Statistics {
-  std::int64_t steps = 0;            // accepted
-  std::int64_t rejected_steps = 0;   // by the error test or a failed nonlinear solve
+  std::int64_t steps = 0;           // accepted
+  std::int64_t rejected_steps = 0;  // by the error test or a failed nonlinear solve
   std::int64_t rhs_evaluations = 0;
   std::int64_t jacobian_evaluations = 0;
 };
@@ -87,9 +88,12 @@ class Integrator {
 };
 
 /// `system` must outlive the integrator. Throws std::runtime_error if SUNDIALS refuses the set-up.
-std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0, const VectorX& y0);
+std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0,
+                                            const VectorX& y0);
 
-/// Semi-implicit (symplectic) Euler, first order: v += h a(q, v), q += h v, with options.fixed_step. step() reports no events.
-std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, SteppedSystem& system, double t0, const VectorX& y0);
+/// Semi-implicit (symplectic) Euler, first order: v += h a(q, v), q += h v, with options.fixed_step. step() reports no
+/// events.
+std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, SteppedSystem& system, double t0,
+                                            const VectorX& y0);
 
 }  // namespace train_derail::solver

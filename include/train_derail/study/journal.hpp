@@ -19,8 +19,9 @@ struct Shard {
 
 /// Whose runs a folder holds, and what a row of its journals looks like.
 ///
-/// A journal's first line names its columns, the format (2) and the checksum of the study that it belongs to; every other line ends with a
-/// CRC-64 of itself and of that study. A line whose checksum, number of fields, types or place in the plan are wrong is not believed.
+/// A journal's first line names its columns, the format (2) and the checksum of the study that it belongs to; every
+/// other line ends with a CRC-64 of itself and of that study. A line whose checksum, number of fields, types or place
+/// in the plan are wrong is not believed.
 struct JournalFormat {
   std::string what;                  // "study", "validation"
   std::string identity;              // what study.json holds
@@ -37,8 +38,8 @@ std::string flaw_of_number(const std::string& column, const std::string& text);
 std::string flaw_of_ended(const std::string& text);
 
 /// A folder of results belongs to one study: `study.json` in it says which. Creates both.
-/// Throws std::runtime_error: it holds another study (the message names what differs), results of others, or cannot be written;
-/// inputs::InputError: study.json cannot be read.
+/// Throws std::runtime_error: it holds another study (the message names what differs), results of others, or cannot be
+/// written; inputs::InputError: study.json cannot be read.
 void claim_folder(const std::string& folder, const std::string& identity);
 /// The same, but creates nothing: a folder that is none of this study's results is an inputs::InputError.
 void check_folder(const std::string& folder, const std::string& identity);
@@ -52,10 +53,10 @@ struct JournalRow {
 /// While it lives, the shard's journal belongs to this object.
 class Journal {
  public:
-  /// Opens or creates the shard's journal. Calls use() for every good row of all journals in the folder. Lines that are not good are taken out
-  /// of the journals; a torn last line (the process was killed) is cut off in silence.
-  /// Throws std::runtime_error: another process computes this shard, or there are runs and `resume` is not set; inputs::InputError: a
-  /// journal of another study or format, two rows of one run that differ.
+  /// Opens or creates the shard's journal. Calls use() for every good row of all journals in the folder. Lines that are
+  /// not good are taken out of the journals; a torn last line (the process was killed) is cut off in silence. Throws
+  /// std::runtime_error: another process computes this shard, or there are runs and `resume` is not set;
+  /// inputs::InputError: a journal of another study or format, two rows of one run that differ.
   Journal(const std::string& folder, const JournalFormat& format, const Shard& shard, bool resume,
           const std::function<void(const JournalRow&)>& use);
   ~Journal();
@@ -77,19 +78,19 @@ class Journal {
 /// The fields of a run in a study's journal.
 std::vector<std::string> journal_fields(const Run& run, const outcome::Outcome& outcome);
 
-/// Puts the journals of all shards in a folder into `runs.csv`, sorted by run, with the inputs of each; returns how many runs it holds.
-/// It is always whole. Throws inputs::InputError, std::runtime_error, Stopped.
+/// Puts the journals of all shards in a folder into `runs.csv`, sorted by run, with the inputs of each; returns how
+/// many runs it holds. It is always whole. Throws inputs::InputError, std::runtime_error, Stopped.
 std::int64_t write_runs(const std::string& folder, const Study& study, const std::atomic<bool>* stop = nullptr);
 
 struct Gathered {
-  std::int64_t runs = 0, total = 0;    // in the folder now; of the study
+  std::int64_t runs = 0, total = 0;  // in the folder now; of the study
   std::int64_t added = 0;
-  std::vector<std::string> problems;   // lines that were not good, "file:line: what is wrong"
-  std::string missing;                 // shards and runs that are not there; "" if none
+  std::vector<std::string> problems;  // lines that were not good, "file:line: what is wrong"
+  std::string missing;                // shards and runs that are not there; "" if none
 };
-/// Adds to `folder` the runs that it lacks and the others have; nothing is taken away or replaced. After a kill it holds what it held,
-/// or all. Throws inputs::InputError: a folder is missing or of another study, or two rows of one run differ (both are named);
-/// std::runtime_error: a study is being computed in `folder`, or it cannot be written.
+/// Adds to `folder` the runs that it lacks and the others have; nothing is taken away or replaced. After a kill it
+/// holds what it held, or all. Throws inputs::InputError: a folder is missing or of another study, or two rows of one
+/// run differ (both are named); std::runtime_error: a study is being computed in `folder`, or it cannot be written.
 Gathered gather(const std::string& folder, const std::vector<std::string>& others, const Study& study);
 
 }  // namespace train_derail::study

@@ -40,10 +40,11 @@ struct Factor {
   std::string key;                  // of the scenario
   std::string label;                // for pictures; the key if empty
   std::vector<std::string> values;  // of the plans one_at_a_time and grid, SI as text
-  std::vector<std::string> shown;   // the same as the file has them ("10 mph"; multiples of the base in the unit that people read)
+  std::vector<std::string>
+      shown;  // the same as the file has them ("10 mph"; multiples of the base in the unit that people read)
   Distribution distribution = Distribution::uniform;
-  double low = 0.0, high = 0.0;     // SI: range of uniform and log_uniform; 5 % and 95 % points of normal
-  std::string unit, shown_unit;     // as in inputs::KeyValue
+  double low = 0.0, high = 0.0;  // SI: range of uniform and log_uniform; 5 % and 95 % points of normal
+  std::string unit, shown_unit;  // as in inputs::KeyValue
 };
 
 struct Study {
@@ -52,27 +53,29 @@ struct Study {
   inputs::Scenario base;
   std::vector<Factor> factors;
   Plan plan = Plan::one_at_a_time;
-  int samples = 0;                      // of the random plans
-  int replicates = 1;                   // runs a point, each with its own perturbation
-  inputs::Perturbation perturbation;    // sizes of the perturbation of every run, the scenario's if the study has none; its seed is not used
-  std::vector<std::string> outcomes;    // names of outcome::kQuantities that are summarised and drawn
+  int samples = 0;                    // of the random plans
+  int replicates = 1;                 // runs a point, each with its own perturbation
+  inputs::Perturbation perturbation;  // sizes of the perturbation of every run, the scenario's if the study has none;
+                                      // its seed is not used
+  std::vector<std::string> outcomes;  // names of outcome::kQuantities that are summarised and drawn
   std::int64_t seed = 1;
   Engine engine = Engine::purpose_built;  // not in the file: asked for on the command line
-  std::string fitted_on;                  // path of the class of accidents that the base was fitted on (validation); empty: not said
+  std::string fitted_on;  // path of the class of accidents that the base was fitted on (validation); empty: not said
 };
 
 /// `replicates` runs of one scenario with its own perturbation, nothing else varies.
 Study ensemble_of(const inputs::Scenario& scenario, int replicates);
 
-/// `scenario` in the file is a path relative to the file; `overrides` change that scenario, `spread` stands for the file's own (of
-/// random plans; see widened()). Throws inputs::InputError, also if there are more than kRunsMax runs.
-Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides = {}, std::optional<double> spread = {});
+/// `scenario` in the file is a path relative to the file; `overrides` change that scenario, `spread` stands for the
+/// file's own (of random plans; see widened()). Throws inputs::InputError, also if there are more than kRunsMax runs.
+Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides = {},
+                      std::optional<double> spread = {});
 /// The same from the file's text; `path` names it in errors and is what a relative `scenario` starts from.
 Study read_study_text(const std::string& text, const std::string& path);
 
-/// The same study with the half-width of every range times `factor`, about the range's middle (of log_uniform: the geometric
-/// one). A quantity whose range is above 0 stays above a twentieth of its middle. For the random plans. Throws inputs::InputError:
-/// an end of a range is not allowed for its key.
+/// The same study with the half-width of every range times `factor`, about the range's middle (of log_uniform: the
+/// geometric one). A quantity whose range is above 0 stays above a twentieth of its middle. For the random plans.
+/// Throws inputs::InputError: an end of a range is not allowed for its key.
 Study widened(Study study, double factor);
 
 /// One value a factor (SI as text), in the order of Study::factors.
@@ -81,7 +84,8 @@ struct Point {
   int factor = -1;  // one_at_a_time: the one that differs from the base
 };
 
-/// All points; the same for the same study, on any machine. They are made when asked for: only the sampled numbers are in memory.
+/// All points; the same for the same study, on any machine. They are made when asked for: only the sampled numbers are
+/// in memory.
 class Points {
  public:
   /// Throws inputs::InputError (too many, see run_count()), Stopped.
@@ -98,10 +102,10 @@ class Points {
 
   Plan plan_;
   std::vector<Factor> factors_;
-  std::vector<std::string> base_;          // SI text of each factor
+  std::vector<std::string> base_;  // SI text of each factor
   std::vector<bool> whole_;
   std::vector<std::pair<int, int>> alone_;  // one_at_a_time: factor and value of each point but the base
-  std::vector<double> places_;             // random plans: in (0, 1), `dimension_` a sample
+  std::vector<double> places_;              // random plans: in (0, 1), `dimension_` a sample
   std::size_t dimension_ = 0;
   std::int64_t size_ = 0;
 };
@@ -111,8 +115,9 @@ std::vector<Point> points(const Study& study);
 /// Points times replicates. Throws inputs::InputError that names number and limit.
 std::int64_t run_count(const Study& study);
 
-/// What is to be said before a study is run; empty if all is well. Looks at some hundred points. Throws inputs::InputError if the study
-/// cannot mean what it says: runs of a point that cannot differ, inputs that every point refuses; Stopped.
+/// What is to be said before a study is run; empty if all is well. Looks at some hundred points. Throws
+/// inputs::InputError if the study cannot mean what it says: runs of a point that cannot differ, inputs that every
+/// point refuses; Stopped.
 std::vector<std::string> check(const Study& study, const std::atomic<bool>* stop = nullptr);
 
 /// Why runs of this scenario with different seeds are all the same run; "" if they can differ.

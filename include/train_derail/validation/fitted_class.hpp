@@ -25,7 +25,8 @@ struct FittedClass {
 /// Throws inputs::InputError.
 FittedClass read_fitted_class(const std::string& path);
 
-/// In what the row lies outside: "tons_per_car 45.6 (fitted: 111 to 188.9); cause H307"; empty if in nothing that the table tells.
+/// In what the row lies outside: "tons_per_car 45.6 (fitted: 111 to 188.9); cause H307"; empty if in nothing that the
+/// table tells.
 std::string outside(const FittedClass& of, const Accident& accident);
 
 /// What the table does not tell of its rows, so that it cannot be judged: "cause", "empty_cars".

@@ -9,9 +9,9 @@ namespace train_derail::validation {
 struct Score {
   std::size_t count = 0;
   double mean_absolute_error = 0.0;
-  double bias = 0.0;                     // mean of predicted - real
+  double bias = 0.0;  // mean of predicted - real
   double root_mean_square_error = 0.0;
-  double r2 = 0.0;                       // 1 - sum of squared errors / sum of squares about the mean of the real ones
+  double r2 = 0.0;  // 1 - sum of squared errors / sum of squares about the mean of the real ones
 };
 /// Rows whose prediction is NaN do not count.
 Score score(const std::vector<double>& real, const std::vector<double>& predicted);
@@ -23,13 +23,15 @@ struct Coverage {
 };
 Coverage coverage(const std::vector<double>& real, const std::vector<double>& low, const std::vector<double>& high);
 
-/// Continuous ranked probability score of an ensemble: mean |member - real| - mean |member - other member| / 2, in cars (Gneiting and
-/// Raftery 2007; over pairs of different members, so that it does not depend on their number, Ferro 2014). It is least for the
-/// distribution that the real counts are drawn from. NaN members do not count; one alone: its absolute error; none: NaN.
+/// Continuous ranked probability score of an ensemble: mean |member - real| - mean |member - other member| / 2, in cars
+/// (Gneiting and Raftery 2007; over pairs of different members, so that it does not depend on their number, Ferro
+/// 2014). It is least for the distribution that the real counts are drawn from. NaN members do not count; one alone:
+/// its absolute error; none: NaN.
 double crps(double real, const std::vector<double>& members);
 
-/// Intervals that hold what a model lacks as well: stretched about their median by the factor that the share `wanted` of other real
-/// counts would have needed (conformal prediction, Vovk et al. 2005; one car is added to either half: counts are whole).
+/// Intervals that hold what a model lacks as well: stretched about their median by the factor that the share `wanted`
+/// of other real counts would have needed (conformal prediction, Vovk et al. 2005; one car is added to either half:
+/// counts are whole).
 struct Stretched {
   double factor = 0.0;            // from all rows
   std::vector<double> low, high;  // with that factor; not below 0
@@ -38,13 +40,14 @@ struct Stretched {
 Stretched stretch(const std::vector<double>& real, const std::vector<double>& low, const std::vector<double>& median,
                   const std::vector<double>& high, double wanted);
 
-/// Mean of some speeds. Edges every 5 mph; from 10 mph on they belong to the band below, as in published tables (10-15, 16-20, ...).
+/// Mean of some speeds. Edges every 5 mph; from 10 mph on they belong to the band below, as in published tables (10-15,
+/// 16-20, ...).
 struct SpeedBand {
   double from = 0.0, to = 0.0;  // mph
   std::size_t count = 0;
-  double speed = 0.0;           // mean [mph]
+  double speed = 0.0;  // mean [mph]
   double real = 0.0, real_sd = 0.0, predicted = 0.0;
-  double error = 0.0;           // predicted / real - 1
+  double error = 0.0;  // predicted / real - 1
 };
 std::vector<SpeedBand> by_speed(const std::vector<double>& mph, const std::vector<double>& real,
                                 const std::vector<double>& predicted);
