@@ -2,7 +2,8 @@
 // among them.
 #pragma once
 
-#ifdef TRAIN_DERAIL_X86
+// Not under sanitizers: the choice is made before they are ready.
+#if defined(TRAIN_DERAIL_X86) && !defined(TRAIN_DERAIL_SANITIZED)
 #define TRAIN_DERAIL_WIDE [[gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
 #else
 #define TRAIN_DERAIL_WIDE

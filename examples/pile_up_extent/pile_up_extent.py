@@ -84,7 +84,8 @@ def extent(cars, sizes):
             c, s = abs(math.cos(car.theta)), abs(math.sin(car.theta))
             along_x = 0.5 * (length * c + width * s)
             along_y = 0.5 * (length * s + width * c)
-            corners.append((car.x - along_x, car.x + along_x, car.y - along_y, car.y + along_y))
+            x, y = car.pose.position.x, car.pose.position.y
+            corners.append((x - along_x, x + along_x, y - along_y, y + along_y))
     if not corners:
         return None
     x_min, x_max, y_min, y_max = zip(*corners)

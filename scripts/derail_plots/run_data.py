@@ -22,8 +22,8 @@ COLUMNS = (
     'theta_rad',
     'past_pod',
     'off_track',
-    'coupler_gap_m',
-    'coupler_axial_N',
+    'gap_m',
+    'axial_force_N',
 )
 PEAKS = ('buff_peak_N', 'draft_peak_N')
 
@@ -38,8 +38,8 @@ class States:
     theta_rad: np.ndarray
     past_pod: np.ndarray
     off_track: np.ndarray
-    coupler_gap_m: np.ndarray
-    coupler_axial_N: np.ndarray
+    gap_m: np.ndarray
+    axial_force_N: np.ndarray
     # Largest magnitudes since the time before; None in tables of a version that did not know them.
     buff_peak_N: np.ndarray = None
     draft_peak_N: np.ndarray = None
@@ -161,7 +161,7 @@ def sizes_from_states(path, states):
     if states.cars < 2:
         raise DataError(f'{path}: the length of a single car is not in it; give --scenario')
     apart = np.hypot(np.diff(states.x_m[0]), np.diff(states.y_m[0]))
-    lengths = apart - states.coupler_gap_m[0, :-1]
+    lengths = apart - states.gap_m[0, :-1]
     if np.ptp(lengths) > 0.01 * lengths.mean():
         raise DataError(f'{path}: the cars differ in length; give --scenario')
     return np.full(states.cars, lengths.mean()), np.full(states.cars, DRAWN_WIDTH)

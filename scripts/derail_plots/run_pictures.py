@@ -219,7 +219,7 @@ def _ticks(peak):
 def peak_forces(states):
     """Largest buff and largest draft of every coupler in kip, magnitudes: of all steps, or of the output grid if the table does
     not know more."""
-    axial = states.coupler_axial_N[:, :-1]
+    axial = states.axial_force_N[:, :-1]
     buff, draft = np.maximum(axial, 0.0).max(axis=0), np.maximum(-axial, 0.0).max(axis=0)
     if states.buff_peak_N is not None:
         buff = np.maximum(buff, states.buff_peak_N[:, :-1].max(axis=0))
@@ -231,7 +231,7 @@ def forces(states):
     """None where nothing can be drawn: a single car, a single time."""
     if states.cars < 2 or len(states.time) < 2:
         return None
-    force = states.coupler_axial_N[:, :-1] / KIP
+    force = states.axial_force_N[:, :-1] / KIP
     figure = style.new_figure(style.TWO_COLUMNS, 3.6)
     ax, side = figure.subplots(1, 2, sharey=True, gridspec_kw={'width_ratios': [3.2, 1.0]})
     mesh, peak = _map(ax, states, force)

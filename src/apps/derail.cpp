@@ -18,11 +18,14 @@
 #include "progress.hpp"
 #include "scenario_input.hpp"
 #include "study_commands.hpp"
+#include "train_derail/fields/reference.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/writer.hpp"
+#include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/incidents_csv.hpp"
 #include "train_derail/outcome/report.hpp"
+#include "train_derail/simulation/fields.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/simulation/trajectory_csv.hpp"
 #include "validate_command.hpp"
@@ -53,8 +56,9 @@ inputs::Scenario read(const Arguments& a) {
 /// How far the train has come to rest; the only measure of progress that needs no guess of the stopping time.
 double progress_of(const simulation::Simulation& s) {
   const double v0 = s.scenario().initial.speed;
-  const auto q = model::motion(s.state().data(), static_cast<Eigen::Index>(s.cars().size()));
-  const double v = (q.col(model::VX).square() + q.col(model::VY).square()).sqrt().mean();
+  double v = 0.0;
+  for (const simulation::CarSnapshot& car : s.snapshot().cars) v += std::hypot(car.vx, car.vy);
+  v /= static_cast<double>(s.cars().size());
   const double by_speed = v0 > 0.0 ? 1.0 - v / v0 : 0.0;
   return std::min(std::max(by_speed, s.time() / s.scenario().stop.time_max), 1.0);
 }
@@ -179,6 +183,24 @@ int run(const Arguments& a) {
   return kOk;
 }
 
+/// docs/outcomes.md.
+std::string describe_fields() {
+  return "# What comes out\n\n"
+         "Written by `derail fields`. A thing has the same name everywhere: JSON, CSV, studies, topics, panel, "
+         "Python.\n"
+         "Cars and couplers count from 1; 0 means none. Coupler i joins cars i (lead) and i + 1 (trail).\n\n"
+         "## Outcome\n\n"
+         "`derail run --json`, `~outcome` (without `wall_time`), tables, journals of studies.\n\n" +
+         fields::reference(outcome::outcome_fields()) +
+         "\n## Cars over time\n\n"
+         "`derail run --csv`: a row a car and time, after `time_s` and `car`; units stand in the names of the columns\n"
+         "(`x_m`). `~cars` has place and orientation as `pose`, velocities as `twist`.\n\n" +
+         fields::reference(simulation::car_fields()) +
+         "\n## Couplers over time\n\n"
+         "In the same row of the CSV, of the coupler behind the car; empty for the last car. `~couplers`.\n\n" +
+         fields::reference(simulation::coupler_fields());
+}
+
 /// Of CLI11's errors: what is wrong, and where help is.
 std::string one_line(const CLI::App* app, const CLI::Error& error) {
   std::string what = error.what();
@@ -204,6 +226,7 @@ int command_line(int argc, char** argv) {
       "  derail check my_train.yaml                                       what is understood, in SI, defaults filled "
       "in\n"
       "  derail keys                                                      every key of a scenario file\n"
+      "  derail fields                                                    all that comes out: names, units, meaning\n"
       "  derail study config/studies/paper_sensitivity.yaml --out results  many runs: medians, ranges, tables\n"
       "  derail validate accidents.csv --study config/studies/accident_validation.yaml   against real accidents\n"
       "  derail verify config/baseline.yaml                               a general multibody engine's second "
@@ -245,6 +268,8 @@ int command_line(int argc, char** argv) {
       app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");
   add_inputs(check_command);
   CLI::App* keys_command = app.add_subcommand("keys", "List every key: allowed values, default, meaning");
+  CLI::App* fields_command =
+      app.add_subcommand("fields", "List all that comes out: name, unit, meaning (docs/outcomes.md)");
 
   std::function<int()> further_command;
   apps::add_study_commands(app, further_command);
@@ -263,6 +288,7 @@ int command_line(int argc, char** argv) {
     if (*check_command) std::cout << inputs::to_yaml(read(a));
     if (further_command) return further_command();
     if (*keys_command) std::cout << inputs::describe_keys();
+    if (*fields_command) std::cout << describe_fields();
     return kOk;
   } catch (const inputs::InputError& e) {
     std::cerr << "derail: " << e.what() << "\n";

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <unsupported/Eigen/AutoDiff>
 
+#include "model/instruction_sets.hpp"
 #include "model/kernels.hpp"
 #include "model/reactions.hpp"
 #include "wide.hpp"
@@ -15,20 +16,13 @@ namespace train_derail::model {
 
 namespace {
 
-/// Those that this processor can run and that suit the length of the train, fastest first.
-std::vector<const KernelSet*> versions(Eigen::Index cars) {
-  std::vector<const KernelSet*> all;
 #ifdef TRAIN_DERAIL_X86
-  if (__builtin_cpu_supports("avx512dq")) all.push_back(&kAvx512);
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) all.push_back(&kAvx2);
+constexpr Versions<KernelSet> kVersions{&kAvx512, &kAvx2, &kSse2, &kPlain};
+#else
+constexpr Versions<KernelSet> kVersions{nullptr, nullptr, nullptr, &kPlain};
 #endif
-  all.push_back(&kPlain);
-  const auto too_wide = [&](const KernelSet* v) { return v->lanes > 1 && v->lanes >= cars; };
-  all.erase(std::remove_if(all.begin(), all.end(), too_wide), all.end());
-  return all;
-}
 
-TRAIN_DERAIL_WIDE double foremost(std::ptrdiff_t n, const double* x, const double* past_pod) {
+TRAIN_DERAIL_WIDE double foremost_place(std::ptrdiff_t n, const double* x, const double* past_pod) {
   double most = -inputs::kInfinity;
 #pragma omp simd reduction(max : most)
   for (std::ptrdiff_t k = 0; k < n; ++k) {
@@ -40,27 +34,14 @@ TRAIN_DERAIL_WIDE double foremost(std::ptrdiff_t n, const double* x, const doubl
 
 }  // namespace
 
-std::vector<std::string> DerailmentModel::instruction_sets(Eigen::Index cars) {
-  std::vector<std::string> names;
-  for (const KernelSet* v : versions(cars)) names.push_back(v->instruction_set);
-  return names;
-}
+std::vector<std::string> DerailmentModel::instruction_sets(Eigen::Index cars) { return kVersions.names(cars); }
 
 DerailmentModel::DerailmentModel(const inputs::Scenario& scenario, const std::string& instruction_set)
     : TrainModel(scenario),
       cos_limit_(std::cos(scenario.coupler.swing_limit)),
       derailed_(cars_.size(), false),
-      kernels_(nullptr) {
+      kernels_(kVersions.choose(car_count(), instruction_set)) {
   const Eigen::Index n = car_count();
-  for (const KernelSet* v : versions(n)) {
-    if (kernels_ == nullptr && (instruction_set.empty() || instruction_set == v->instruction_set)) {
-      kernels_ = v;
-    }
-  }
-  if (kernels_ == nullptr) {
-    throw std::invalid_argument(fmt::format("instruction set '{}' for {} cars: this processor has {}", instruction_set,
-                                            n, fmt::join(instruction_sets(n), ", ")));
-  }
   for (auto* array :
        {&load_, &lateral_, &past_pod_, &inverse_mass_, &inverse_mass_y_, &inverse_inertia_, &cos_, &sin_}) {
     array->resize(n);
@@ -88,6 +69,50 @@ void DerailmentModel::lay(Eigen::Index car) {
 void DerailmentModel::derail(Eigen::Index car) {
   derailed_[static_cast<std::size_t>(car)] = true;
   lay(car);
+}
+
+void DerailmentModel::start(const double* y) {
+  const ConstMotionMap q = motion(y, car_count());
+  for (Eigen::Index k = 0; k < car_count(); ++k) {
+    if (q(k, X) >= 0.0) {
+      derail(k);
+    } else if (ground_.on_track_law == inputs::OnTrackLaw::guided &&
+               (q(k, Y) != 0.0 || q(k, THETA) != 0.0 || q(k, VY) != 0.0 || q(k, OMEGA) != 0.0)) {
+      throw std::invalid_argument(
+          fmt::format("initial state: car {} is on the track, where the reading 'guided' wants "
+                      "y, theta and their rates to be 0",
+                      k + 1));
+    }
+  }
+}
+
+Eigen::Index DerailmentModel::foremost(const double* y) const {
+  const ConstMotionMap q = motion(y, car_count());
+  Eigen::Index first = -1;
+  for (Eigen::Index k = 0; k < car_count(); ++k) {
+    if (!derailed(k) && (first < 0 || q(k, X) > q(first, X))) first = k;
+  }
+  return first;
+}
+
+void DerailmentModel::reach_pod(const double* y) {
+  const ConstMotionMap q = motion(y, car_count());
+  // The car whose crossing has been located may stand a rounding short of it.
+  Eigen::Index car = foremost(y);
+  do {
+    derail(car);
+    car = foremost(y);
+  } while (car >= 0 && q(car, X) >= 0.0);
+}
+
+std::vector<Eigen::Index> DerailmentModel::band_positions() const {
+  const Eigen::Index n = car_count();
+  std::vector<Eigen::Index> positions(static_cast<std::size_t>(size()));
+  for (Eigen::Index i = 0; i < size(); ++i) {
+    positions[static_cast<std::size_t>(i)] =
+        i < kCoordinates * n ? band_index(i % n, static_cast<Coordinate>(i / n)) : i;
+  }
+  return positions;
 }
 
 CarArrays DerailmentModel::arrays() const {
@@ -124,7 +149,7 @@ void DerailmentModel::find_headings(const double* y, double* cosine, double* sin
 }
 
 double DerailmentModel::foremost_on_track(const double* y) const {
-  return foremost(car_count(), y + X * car_count(), past_pod_.data());
+  return foremost_place(car_count(), y + X * car_count(), past_pod_.data());
 }
 
 void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {

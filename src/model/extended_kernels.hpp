@@ -66,6 +66,6 @@ struct ExtendedKernels {
   bool (*overload)(const ExtendedArrays&, double h, const double* before, double* overloaded);
 };
 
-extern const ExtendedKernels kExtendedPlain, kExtendedAvx2, kExtendedAvx512;
+extern const ExtendedKernels kExtendedPlain, kExtendedSse2, kExtendedAvx2, kExtendedAvx512;
 
 }  // namespace train_derail::model

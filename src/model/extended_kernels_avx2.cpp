@@ -1,8 +1,8 @@
+#include "model/batch.hpp"
 #include "model/extended_kernels_impl.hpp"
-#include "model/wide_functions.hpp"
 
 namespace train_derail::model {
 
-const ExtendedKernels kExtendedAvx2 = extended_kernels<Wide>("avx2");
+const ExtendedKernels kExtendedAvx2 = extended_kernels<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
 
 }  // namespace train_derail::model

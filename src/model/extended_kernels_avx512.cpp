@@ -1,8 +1,8 @@
+#include "model/batch.hpp"
 #include "model/extended_kernels_impl.hpp"
-#include "model/wide_functions.hpp"
 
 namespace train_derail::model {
 
-const ExtendedKernels kExtendedAvx512 = extended_kernels<Wide>("avx512");
+const ExtendedKernels kExtendedAvx512 = extended_kernels<xsimd::batch<double, xsimd::avx512f>>("avx512");
 
 }  // namespace train_derail::model

@@ -1,4 +1,4 @@
-// Templates of the loops: B is a double or a std::experimental::simd of them.
+// Templates of the loops: B is a double or a batch of them (model/batch.hpp).
 #pragma once
 
 #include <cmath>

@@ -10,6 +10,7 @@
 
 #include "model/contacts.hpp"
 #include "model/extended_kernels.hpp"
+#include "model/instruction_sets.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/model/brake_law.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
@@ -50,33 +51,15 @@ TRAIN_DERAIL_WIDE void multiply(Eigen::Index n, const double* a, const double* b
   for (Eigen::Index k = 0; k < n; ++k) product[k] = a[k] * b[k];
 }
 
-/// Those that this processor can run and that suit the length of the train, fastest first.
-std::vector<const ExtendedKernels*> versions(Eigen::Index cars) {
-  std::vector<const ExtendedKernels*> all;
 #ifdef TRAIN_DERAIL_X86
-  if (__builtin_cpu_supports("avx512dq") && cars > kExtendedAvx512.lanes) all.push_back(&kExtendedAvx512);
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && cars > kExtendedAvx2.lanes)
-    all.push_back(&kExtendedAvx2);
+constexpr Versions<ExtendedKernels> kVersions{&kExtendedAvx512, &kExtendedAvx2, &kExtendedSse2, &kExtendedPlain};
+#else
+constexpr Versions<ExtendedKernels> kVersions{nullptr, nullptr, nullptr, &kExtendedPlain};
 #endif
-  all.push_back(&kExtendedPlain);
-  return all;
-}
-
-const ExtendedKernels* kernels_of(Eigen::Index cars, const std::string& instruction_set) {
-  for (const ExtendedKernels* v : versions(cars)) {
-    if (instruction_set.empty() || instruction_set == v->instruction_set) return v;
-  }
-  throw std::invalid_argument(fmt::format("instruction set '{}' for {} cars: this processor has {}", instruction_set,
-                                          cars, fmt::join(ExtendedModel::instruction_sets(cars), ", ")));
-}
 
 }  // namespace
 
-std::vector<std::string> ExtendedModel::instruction_sets(Eigen::Index cars) {
-  std::vector<std::string> names;
-  for (const ExtendedKernels* v : versions(cars)) names.push_back(v->instruction_set);
-  return names;
-}
+std::vector<std::string> ExtendedModel::instruction_sets(Eigen::Index cars) { return kVersions.names(cars); }
 
 ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string& instruction_set)
     : TrainModel(scenario),
@@ -86,9 +69,10 @@ ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string
       rails_on_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
       cos_limit_(std::cos(scenario.coupler.swing_limit)),
       cos_break_(scenario.coupler.break_swing < M_PI ? std::cos(scenario.coupler.break_swing) : -2.0),
-      kernels_(kernels_of(car_count(), instruction_set)),
+      kernels_(kVersions.choose(car_count(), instruction_set)),
       track_(scenario, inputs::track_extent(scenario).from, inputs::track_extent(scenario).to),
       past_pod_(cars_.size(), false),
+      first_cause_(cars_.size(), Cause::none),
       cause_(2 * cars_.size(), Cause::none),
       patches_(scenario.ground.patches) {
   const Eigen::Index n = car_count();
@@ -228,6 +212,7 @@ void ExtendedModel::start(const double* y) {
       incidents_.derailments.push_back({0.0, car_of(i), i < car_count(), Cause::pod, px_[i], py_[i]});
     }
   }
+  order_derailments(0);
   locate();
   find_standing();
   find_forces(0.0, y);
@@ -248,10 +233,10 @@ void ExtendedModel::locate() {
       offset_[i] = (py_[i] - node.point.y()) * node.tangent.x() - (px_[i] - node.point.x()) * node.tangent.y();
     }
   }
+  // Patches lie along and across the track, wherever its rails have moved to.
+  for (Eigen::Index i = 0; i < trucks && !patches_.empty(); ++i)
+    patch_[i] = patch_factor(patches_, arc_[i], offset_[i]);
   if (rails_on_ && !track_.aligned()) track_.subtract_alignment(trucks, arc_.data(), on_track_.data(), offset_.data());
-  if (!patches_.empty()) {
-    for (Eigen::Index i = 0; i < trucks; ++i) patch_[i] = patch_factor(patches_, px_[i], py_[i]);
-  }
 }
 
 void ExtendedModel::pass_pod(const double* y) {
@@ -335,10 +320,18 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
   if (left) locate();
   if (broken || left) find_forces(t + h, y);
   note_peaks(t + h);
-  std::stable_sort(incidents_.derailments.begin() + derailed_before, incidents_.derailments.end(),
-                   [](const Derailment& a, const Derailment& b) { return a.time < b.time; });
+  order_derailments(derailed_before);
   work(y, n)[WORK_ON_TRACK] = spent_.work_on_track;
   work(y, n)[WORK_OFF_TRACK] = spent_.work_off_track;
+}
+
+void ExtendedModel::order_derailments(std::ptrdiff_t first) {
+  const auto begin = incidents_.derailments.begin() + first, end = incidents_.derailments.end();
+  std::stable_sort(begin, end, [](const Derailment& a, const Derailment& b) { return a.time < b.time; });
+  for (auto d = begin; d != end; ++d) {
+    Cause& cause = first_cause_[static_cast<std::size_t>(d->car)];
+    if (cause == Cause::none) cause = d->cause;
+  }
 }
 
 void ExtendedModel::note_peaks(double t) {

@@ -33,6 +33,6 @@ struct KernelSet {
   void (*gaps)(const CarArrays&, const double* y, double* gap, double* rate);  // of every coupler [m, m/s]
 };
 
-extern const KernelSet kPlain, kAvx2, kAvx512;
+extern const KernelSet kPlain, kSse2, kAvx2, kAvx512;
 
 }  // namespace train_derail::model

@@ -1,8 +1,8 @@
+#include "model/batch.hpp"
 #include "model/kernels_impl.hpp"
-#include "model/wide_functions.hpp"
 
 namespace train_derail::model {
 
-const KernelSet kAvx2 = kernel_set<Wide>("avx2");
+const KernelSet kAvx2 = kernel_set<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
 
 }  // namespace train_derail::model

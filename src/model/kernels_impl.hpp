@@ -1,8 +1,7 @@
-// Templates of the kernels: B is a double or a std::experimental::simd of them.
+// Templates of the kernels: B is a double or a batch of them (model/batch.hpp).
 #pragma once
 
 #include <cmath>
-#include <experimental/simd>
 
 #include "model/kernels.hpp"
 #include "model/reactions.hpp"
@@ -12,13 +11,7 @@ namespace train_derail::model {
 
 /// How a B is read, written and taken apart.
 template <class B>
-struct Lanes {
-  static constexpr std::ptrdiff_t count = static_cast<std::ptrdiff_t>(B::size());
-  static B load(const double* p) { return B(p, std::experimental::element_aligned); }
-  static void store(const B& b, double* p) { b.copy_to(p, std::experimental::element_aligned); }
-  static double sum(const B& b) { return reduce(b); }
-  static double max(const B& b) { return hmax(b); }
-};
+struct Lanes;
 
 template <>
 struct Lanes<double> {

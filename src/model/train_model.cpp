@@ -56,6 +56,56 @@ std::vector<CouplerState<double>> TrainModel::couplers(const double* y) const {
   return all;
 }
 
+PlanColumns TrainModel::plan(const double* y) const {
+  const Eigen::Index n = car_count();
+  return {y + X * n, y + Y * n, y + VX * n, y + VY * n, y + OMEGA * n};
+}
+
+Observation TrainModel::observe(const double* y) const {
+  const ConstMotionMap q = motion(y, car_count());
+  ArrayX cosine, sine;
+  headings(y, cosine, sine);
+  Observation seen;
+  seen.cars.resize(cars_.size());
+  for (Eigen::Index k = 0; k < car_count(); ++k) {
+    CarObservation& car = seen.cars[static_cast<std::size_t>(k)];
+    car.x = q(k, X);
+    car.y = q(k, Y);
+    car.theta = q(k, THETA);
+    car.qz = std::sin(0.5 * car.theta);
+    car.qw = std::cos(0.5 * car.theta);
+    car.vx = q(k, VX);
+    car.vy = q(k, VY);
+    car.omega = q(k, OMEGA);
+    const Vector2 centre(car.x, car.y), arm = half_spacing_[k] * Vector2(cosine[k], sine[k]);
+    const auto truck = [&](const Vector2& place) {
+      const TrackPlace by_track = track_place(k, place);
+      return TruckPlace{by_track.s, by_track.offset, 0.0, 0.5 * at(k).weight};
+    };
+    car.front_truck = truck(centre + arm);
+    car.rear_truck = truck(centre - arm);
+    car.past_pod = past_pod(k);
+    car.derailed = derailed(k);
+    car.cause = cause(k);
+  }
+  const std::vector<CouplerState<double>> bars = couplers(y);
+  seen.couplers.resize(bars.size());
+  for (std::size_t i = 0; i < bars.size(); ++i) {
+    const CouplerState<double>& bar = bars[i];
+    CouplerObservation& coupler = seen.couplers[i];
+    coupler.gap = bar.gap;
+    coupler.angle = std::atan2(bar.uy, bar.ux);
+    coupler.axial_force = bar.axial;
+    coupler.lateral_force = bar.lateral;
+    coupler.swing_lead = bar.swing_lead;
+    coupler.swing_trail = bar.swing_trail;
+    coupler.moment_lead = bar.moment_lead;
+    coupler.moment_trail = bar.moment_trail;
+    coupler.broken = broken(static_cast<Eigen::Index>(i));
+  }
+  return seen;
+}
+
 CarMotion TrainModel::car_motion(const double* y, Eigen::Index car) const {
   const ConstMotionMap q = motion(y, car_count());
   return {{q(car, X), q(car, Y)},

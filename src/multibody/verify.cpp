@@ -24,10 +24,7 @@ constexpr double kInterval = 0.01;  // at which the two are compared [s]
 constexpr std::array<std::string_view, 6> kJudged{"cars_past_pod",      "cars_off_track",     "closing_speed_max",
                                                   "relative_speed_max", "coupler_force_peak", "stop_time"};
 
-const outcome::Quantity& quantity(std::string_view name) {
-  return *std::find_if(outcome::kQuantities.begin(), outcome::kQuantities.end(),
-                       [&](const auto& q) { return q.name == name; });
-}
+const outcome::Quantity& quantity(std::string_view name) { return *outcome::find_quantity(name); }
 
 /// The first `cars` of a train.
 inputs::Scenario shortened(inputs::Scenario s, int cars) {

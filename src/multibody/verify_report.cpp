@@ -15,10 +15,9 @@ namespace {
 using nlohmann::ordered_json;
 
 const outcome::Quantity& quantity(const std::string& name) {
-  for (const outcome::Quantity& q : outcome::kQuantities) {
-    if (q.name == name) return q;
-  }
-  throw std::logic_error(name);
+  const outcome::Quantity* found = outcome::find_quantity(name);
+  if (found == nullptr) throw std::logic_error(name);
+  return *found;
 }
 
 double mean(const std::vector<double>& x) {
@@ -95,7 +94,7 @@ std::string to_table(const Verification& v) {
 
   fmt::format_to(out, "3. One run of each at the scenario's tolerance: reported, not judged (the motion is chaotic)\n");
   fmt::format_to(out, "   {:<40} {:>14} {:>14}\n", "", "purpose-built", "multibody");
-  for (const outcome::Quantity& q : outcome::kQuantities) {
+  for (const outcome::Quantity& q : outcome::quantities()) {
     fmt::format_to(out, "   {:<40} {:>14.4g} {:>14.4g} {}\n", q.title, q.value(v.purpose_built) / q.per_shown,
                    q.value(v.multibody) / q.per_shown, q.shown_unit);
   }

@@ -11,49 +11,21 @@
 
 namespace train_derail::outcome {
 
-const char* to_string(model::Cause cause) {
-  switch (cause) {
-    case model::Cause::none: return "none";
-    case model::Cause::pod: return "point_of_derailment";
-    case model::Cause::lateral: return "lateral_force";
-    case model::Cause::torn_track: return "torn_track";
-  }
-  return "unknown";
-}
-
-const char* to_string(model::BrokenCoupler::By by) {
-  switch (by) {
-    case model::BrokenCoupler::By::draft: return "draft";
-    case model::BrokenCoupler::By::swing: return "swing";
-    case model::BrokenCoupler::By::moment: return "moment";
-  }
-  return "unknown";
-}
-
-const char* to_string(model::Face face) {
-  switch (face) {
-    case model::Face::front: return "front";
-    case model::Face::rear: return "rear";
-    case model::Face::left: return "left";
-    case model::Face::right: return "right";
-  }
-  return "unknown";
-}
-
 void write_incidents_csv(std::ostream& out, const model::Incidents& incidents) {
   std::vector<std::pair<double, std::string>> rows;
   for (const model::Derailment& d : incidents.derailments) {
     rows.emplace_back(d.time, fmt::format("{},derailed,{},,{}_truck,,{},{},{},,,,,,", d.time, d.car + 1,
-                                          d.front ? "front" : "rear", to_string(d.cause), d.x, d.y));
+                                          d.front ? "front" : "rear", model::to_string(d.cause), d.x, d.y));
   }
   for (const model::BrokenCoupler& b : incidents.broken) {
     rows.emplace_back(b.time, fmt::format("{},coupler_broken,{},{},,,{},,,,,,,,{}", b.time, b.coupler + 1,
-                                          b.coupler + 2, to_string(b.by), std::abs(b.axial_force)));
+                                          b.coupler + 2, model::to_string(b.by), std::abs(b.axial_force)));
   }
   for (const model::Impact& i : incidents.impacts) {
-    rows.emplace_back(i.time, fmt::format("{},impact,{},{},{},{},,{},{},{},{},{},{},{},{}", i.time, i.car_a + 1,
-                                          i.car_b + 1, to_string(i.face_a), to_string(i.face_b), i.x, i.y, i.along_a,
-                                          i.along_b, i.closing_speed, i.closing_normal, i.impulse, i.peak_force));
+    rows.emplace_back(
+        i.time, fmt::format("{},impact,{},{},{},{},,{},{},{},{},{},{},{},{}", i.time, i.car_a + 1, i.car_b + 1,
+                            model::to_string(i.face_a), model::to_string(i.face_b), i.x, i.y, i.along_a, i.along_b,
+                            i.closing_speed, i.closing_normal, i.impulse, i.peak_force));
   }
   std::stable_sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   out << "time_s,what,car_a,car_b,where_a,where_b,cause,x_m,y_m,along_a_m,along_b_m,closing_speed_m_s,closing_normal_m_"

@@ -214,21 +214,19 @@ model::Footprint Monitor::footprint(Eigen::Index car, const model::CarMotion& mo
 }
 
 model::CarMotion Monitor::motion(const double* y, Eigen::Index car) const {
-  const auto q = model::motion(y, model_.car_count());
-  return {{q(car, model::X), q(car, model::Y)},
-          {cosine_[car], sine_[car]},
-          {q(car, model::VX), q(car, model::VY)},
-          q(car, model::OMEGA)};
+  const model::PlanColumns q = model_.plan(y);
+  return {{q.x[car], q.y[car]}, {cosine_[car], sine_[car]}, {q.vx[car], q.vy[car]}, q.omega[car]};
 }
 
 void Monitor::sample(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
+  const model::PlanColumns q = model_.plan(y);
   model_.headings(y, cosine_, sine_);
 
-  truck_speed_max_ = std::sqrt(truck_speed_squared_max(n, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n,
-                                                       sine_.data(), cosine_.data(), half_spacing_.data()));
+  truck_speed_max_ =
+      std::sqrt(truck_speed_squared_max(n, q.vx, q.vy, q.omega, sine_.data(), cosine_.data(), half_spacing_.data()));
   if (model_.straight_track()) {
-    extend_astray(n, y + model::Y * n, sine_.data(), half_spacing_.data(), astray_.data());
+    extend_astray(n, q.y, sine_.data(), half_spacing_.data(), astray_.data());
   } else {
     for (Eigen::Index k = 0; k < n; ++k) {
       const model::CarMotion car = motion(y, k);
@@ -252,8 +250,9 @@ void Monitor::sample(double t, const double* y) {
 
 void Monitor::sample_speeds(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
-  neighbour_speeds(n - 1, y + model::VX * n, y + model::VY * n, y + model::OMEGA * n, sine_.data(), cosine_.data(),
-                   half_length_.data(), pins_squared_.data(), centres_squared_.data());
+  const model::PlanColumns q = model_.plan(y);
+  neighbour_speeds(n - 1, q.vx, q.vy, q.omega, sine_.data(), cosine_.data(), half_length_.data(), pins_squared_.data(),
+                   centres_squared_.data());
   // Cars whose coupler has broken have nothing to do with each other any more.
   if (const model::Incidents* incidents = model_.incidents()) {
     for (const model::BrokenCoupler& b : incidents->broken)
@@ -276,8 +275,8 @@ void Monitor::note(const Closing& touch) {
 
 void Monitor::sample_touches(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
-  const auto q = model::motion(y, n);
-  boxes(n, y + model::X * n, sine_.data(), cosine_.data(), half_length_.data(), half_width_.data(), rearmost_.data(),
+  const model::PlanColumns q = model_.plan(y);
+  boxes(n, q.x, sine_.data(), cosine_.data(), half_length_.data(), half_width_.data(), rearmost_.data(),
         foremost_.data(), half_breadth_.data());
   // Sweep along x; the order hardly changes from sample to sample.
   for (std::size_t i = 1; i < by_x_.size(); ++i) {
@@ -291,7 +290,7 @@ void Monitor::sample_touches(double t, const double* y) {
     const double end = foremost_[by_x_[i]];
     for (std::size_t j = i + 1; j < by_x_.size() && rearmost_[by_x_[j]] <= end; ++j) {
       const auto [a, b] = std::minmax(by_x_[i], by_x_[j]);
-      if (std::abs(q(a, model::Y) - q(b, model::Y)) > half_breadth_[a] + half_breadth_[b]) continue;
+      if (std::abs(q.y[a] - q.y[b]) > half_breadth_[a] + half_breadth_[b]) continue;
       const model::CarMotion car_a = motion(y, a), car_b = motion(y, b);
       const auto contact = model::touch(footprint(a, car_a), footprint(b, car_b));
       if (!contact) continue;

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "train_derail/outcome/quantities.hpp"
+#include "train_derail/outcome/fields.hpp"
 
 namespace train_derail::outcome {
 
@@ -17,8 +17,12 @@ std::string residual_text(double residual) {
 }
 
 std::string distrust(const Outcome& o) {
-  for (const Quantity& q : kQuantities) {
-    if (!std::isfinite(q.value(o))) return fmt::format("{} is not a finite number: the motion has blown up", q.name);
+  for (const auto& field : outcome_fields()) {
+    const fields::Value value = field.get(o);
+    const auto* number = std::get_if<double>(&value);
+    if (number != nullptr && !std::isfinite(*number)) {
+      return fmt::format("{} is not a finite number: the motion has blown up", field.name);
+    }
   }
   if (o.energy_residual > kResidualTooLarge) return "the result cannot be trusted: " + residual_text(o.energy_residual);
   return "";

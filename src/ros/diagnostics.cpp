@@ -66,7 +66,7 @@ void Diagnostics::report(WallTime now, const ::ros::Time& stamp, const Health& h
   add(status, "right-hand sides", std::to_string(o.solver.rhs_evaluations));
   add(status, "time in the solver [s]", fmt::format("{:.6f}", o.wall_time));
   add(status, "energy residual", fmt::format("{:.3g}", o.energy_residual));
-  add(status, "ended", outcome::to_string(o.ended));
+  add(status, "ended", std::string(outcome::to_string(o.ended)));
 
   diagnostic_msgs::DiagnosticArray array;
   array.header.stamp = stamp;

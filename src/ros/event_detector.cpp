@@ -102,7 +102,7 @@ void EventDetector::observe_incidents(const simulation::Snapshot& now, const mod
     const int number = static_cast<int>(b.coupler) + 1;
     found.push_back(
         {Event::COUPLER_BROKEN, b.time, 0, 0, number, b.axial_force,
-         fmt::format("coupler {} broken by {} at {}", number, outcome::to_string(b.by), force_text(b.axial_force))});
+         fmt::format("coupler {} broken by {} at {}", number, model::to_string(b.by), force_text(b.axial_force))});
   }
 }
 

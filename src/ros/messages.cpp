@@ -3,31 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/writer.hpp"
+#include "train_derail/outcome/fields.hpp"
+#include "train_derail/ros/car_shape.hpp"
+#include "train_derail/ros/message_fields.hpp"
+#include "train_derail/simulation/fields.hpp"
 
 namespace train_derail::ros_face {
 
 namespace {
-
-std::uint8_t to_constant(outcome::Ended ended) {
-  switch (ended) {
-    case outcome::Ended::running: return Outcome::RUNNING;
-    case outcome::Ended::at_rest: return Outcome::AT_REST;
-    case outcome::Ended::time_max: return Outcome::TIME_MAX;
-    case outcome::Ended::integration_failed: return Outcome::INTEGRATION_FAILED;
-  }
-  return Outcome::RUNNING;
-}
-
-std::uint8_t to_constant(model::Cause cause) {
-  switch (cause) {
-    case model::Cause::none: return CarState::NONE;
-    case model::Cause::pod: return CarState::POD;
-    case model::Cause::lateral: return CarState::LATERAL;
-    case model::Cause::torn_track: return CarState::TORN_TRACK;
-  }
-  return CarState::NONE;
-}
 
 std::uint8_t to_constant(model::Face face) {
   switch (face) {
@@ -52,26 +37,6 @@ void fill_histogram(Impacts& m) {
   for (std::size_t i = 0; i <= m.counts.size(); ++i) m.bin_edges.push_back(static_cast<double>(i) * kSpeedBin);
 }
 
-const char* to_text(inputs::OnTrackLaw law) {
-  switch (law) {
-    case inputs::OnTrackLaw::isotropic: return "isotropic";
-    case inputs::OnTrackLaw::along_track: return "along_track";
-    case inputs::OnTrackLaw::guided: return "guided";
-    case inputs::OnTrackLaw::rails: return "rails";
-  }
-  return "";
-}
-
-const char* to_text(inputs::Method method) {
-  switch (method) {
-    case inputs::Method::cash_karp: return "cash_karp";
-    case inputs::Method::dormand_prince: return "dormand_prince";
-    case inputs::Method::bdf: return "bdf";
-    case inputs::Method::semi_implicit: return "semi_implicit";
-  }
-  return "";
-}
-
 }  // namespace
 
 CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double time, const std_msgs::Header& header,
@@ -85,18 +50,20 @@ CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double ti
     const simulation::CarSnapshot& from = cars[i];
     CarState& to = m.cars[i];
     to.number = static_cast<std::uint32_t>(i + 1);
-    to.x = from.x;
-    to.y = from.y;
-    to.theta = from.theta;
-    to.vx = from.vx;
-    to.vy = from.vy;
-    to.omega = from.omega;
-    to.past_pod = from.past_pod;
-    to.off_track = from.off_track;
-    to.front_truck_offset = from.front_truck_offset;
-    to.rear_truck_offset = from.rear_truck_offset;
-    to.derailed = from.derailed;
-    to.cause = to_constant(from.cause);
+    fill(to, simulation::car_fields(), from);
+    to.pose.position.x = from.x;
+    to.pose.position.y = from.y;
+    to.pose.position.z = from.z;
+    to.pose.orientation.x = from.qx;
+    to.pose.orientation.y = from.qy;
+    to.pose.orientation.z = from.qz;
+    to.pose.orientation.w = from.qw;
+    to.twist.linear.x = from.vx;
+    to.twist.linear.y = from.vy;
+    to.twist.linear.z = from.vz;
+    to.twist.angular.x = from.wx;
+    to.twist.angular.y = from.wy;
+    to.twist.angular.z = from.omega;
   }
   return m;
 }
@@ -109,20 +76,8 @@ CouplerForces to_message(const std::vector<simulation::CouplerSnapshot>& coupler
   m.time = time;
   m.couplers.resize(couplers.size());
   for (std::size_t i = 0; i < couplers.size(); ++i) {
-    const simulation::CouplerSnapshot& from = couplers[i];
-    CouplerForce& to = m.couplers[i];
-    to.number = static_cast<std::uint32_t>(i + 1);
-    to.gap = from.gap;
-    to.angle = from.angle;
-    to.axial_force = from.axial_force;
-    to.lateral_force = from.lateral_force;
-    to.swing_lead = from.swing_lead;
-    to.swing_trail = from.swing_trail;
-    to.moment_lead = from.moment_lead;
-    to.moment_trail = from.moment_trail;
-    to.buff_peak = from.buff_peak;
-    to.draft_peak = from.draft_peak;
-    to.broken = from.broken;
+    m.couplers[i].number = static_cast<std::uint32_t>(i + 1);
+    fill(m.couplers[i], simulation::coupler_fields(), couplers[i]);
   }
   return m;
 }
@@ -160,66 +115,7 @@ Outcome to_message(const outcome::Outcome& o, const std_msgs::Header& header, st
   Outcome m;
   m.header = header;
   m.run_id = run_id;
-  m.ended = to_constant(o.ended);
-  m.message = o.message;
-  m.warnings = o.warnings;
-  m.stop_time = o.stop_time;
-  m.cars = static_cast<std::uint32_t>(o.cars);
-  m.cars_past_pod = static_cast<std::uint32_t>(o.cars_past_pod);
-  m.cars_derailed = static_cast<std::uint32_t>(o.cars_derailed);
-  m.derailed_by_pod = static_cast<std::uint32_t>(o.derailed_by.pod);
-  m.derailed_by_lateral = static_cast<std::uint32_t>(o.derailed_by.lateral);
-  m.derailed_by_torn_track = static_cast<std::uint32_t>(o.derailed_by.torn_track);
-  m.cars_off_track = static_cast<std::uint32_t>(o.cars_off_track);
-  m.closing_speed_max = o.closing_speed_max.speed;
-  m.closing_normal_speed = o.closing_speed_max.normal_speed;
-  m.closing_car_a = static_cast<std::uint32_t>(o.closing_speed_max.car_a);
-  m.closing_car_b = static_cast<std::uint32_t>(o.closing_speed_max.car_b);
-  m.closing_time = o.closing_speed_max.time;
-  m.closing_x = o.closing_speed_max.x;
-  m.closing_y = o.closing_speed_max.y;
-  m.touches = static_cast<std::uint32_t>(o.touches);
-  m.impacts = static_cast<std::uint32_t>(o.impacts.count);
-  m.impact_speed_max = o.impacts.closing_normal_max;
-  m.impact_force_peak = o.impacts.peak_force;
-  m.impact_impulse_max = o.impacts.impulse_max;
-  m.relative_speed_max = o.relative_speed_max.speed;
-  m.relative_speed_coupler = static_cast<std::uint32_t>(o.relative_speed_max.coupler);
-  m.relative_speed_time = o.relative_speed_max.time;
-  m.coupler_buff_peak = o.coupler_buff_peak.force;
-  m.coupler_buff_peak_coupler = static_cast<std::uint32_t>(o.coupler_buff_peak.coupler);
-  m.coupler_buff_peak_time = o.coupler_buff_peak.time;
-  m.coupler_draft_peak = o.coupler_draft_peak.force;
-  m.coupler_draft_peak_coupler = static_cast<std::uint32_t>(o.coupler_draft_peak.coupler);
-  m.coupler_draft_peak_time = o.coupler_draft_peak.time;
-  m.couplers_broken = static_cast<std::uint32_t>(o.couplers_broken);
-  m.blockage_force = o.blockage_force;
-  m.pile_up_length = o.pile_up.length;
-  m.pile_up_width = o.pile_up.width;
-  m.pile_up_area = o.pile_up.area;
-  m.cars_across = static_cast<std::uint32_t>(o.pile_up.cars_across);
-  m.groups = static_cast<std::uint32_t>(o.pile_up.groups);
-  m.main_pile_cars = static_cast<std::uint32_t>(o.pile_up.main_cars);
-  m.main_pile_length = o.pile_up.main_length;
-  m.energy_initial = o.energy_initial;
-  m.energy_kinetic_translation = o.energy.kinetic_translation;
-  m.energy_kinetic_rotation = o.energy.kinetic_rotation;
-  m.energy_coupler_axial = o.energy.coupler_axial;
-  m.energy_coupler_swing = o.energy.coupler_swing;
-  m.work_on_track = o.energy.work_on_track;
-  m.work_off_track = o.energy.work_off_track;
-  m.work_rails = o.energy.work_rails;
-  m.work_coupler_damping = o.energy.work_coupler_damping;
-  m.work_coupler_break = o.energy.work_coupler_break;
-  m.work_impact_normal = o.energy.work_impact_normal;
-  m.work_impact_friction = o.energy.work_impact_friction;
-  m.work_grade = o.energy.work_grade;
-  m.work_kicks = o.energy.work_kicks;
-  m.energy_residual = o.energy_residual;
-  m.steps = static_cast<std::uint64_t>(o.solver.steps);
-  m.rejected_steps = static_cast<std::uint64_t>(o.solver.rejected_steps);
-  m.rhs_evaluations = static_cast<std::uint64_t>(o.solver.rhs_evaluations);
-  m.jacobian_evaluations = static_cast<std::uint64_t>(o.solver.jacobian_evaluations);
+  fill(m, outcome::outcome_fields(), o);
   return m;
 }
 
@@ -235,19 +131,23 @@ Inputs to_message(const inputs::Scenario& s, const std::vector<model::Car>& cars
   for (const model::Car& car : cars) {
     m.train_length += car.length;
     m.train_mass += car.mass;
+    m.car_length.push_back(car.length);
+    m.car_width.push_back(car.width);
+    m.car_height.push_back(kRoofHeight);
+    m.car_body.push_back(car.body);
   }
   m.speed = s.initial.speed;
   m.yaw_rate = s.initial.yaw_rate;
   m.on_track_friction = s.ground.on_track_friction;
   m.off_track_friction = s.ground.off_track_friction;
-  m.on_track_law = to_text(s.ground.on_track_law);
+  m.on_track_law = inputs::key_value(s, "ground.on_track_law").value;
   m.coupler_length = s.coupler.length;
   m.coupler_slack = s.coupler.slack;
   m.coupler_stiffness = s.coupler.stiffness;
   m.coupler_swing_limit = s.coupler.swing_limit;
   m.off_track_threshold = s.outcome.off_track_threshold;
   m.output_interval = s.output.interval;
-  m.method = to_text(s.solver.method);
+  m.method = inputs::key_value(s, "solver.method").value;
   m.rtol = s.solver.rtol;
   m.atol = s.solver.atol;
   m.seed = s.initial.perturbation.seed;
@@ -285,8 +185,16 @@ tf2_msgs::TFMessage to_transforms(const std::vector<simulation::CarSnapshot>& ca
   tf2_msgs::TFMessage m;
   m.transforms.reserve(cars.size() + 1);
   for (std::size_t i = 0; i < cars.size(); ++i) {
-    m.transforms.push_back(
-        make_transform(header, frames.car(static_cast<int>(i) + 1), cars[i].x, cars[i].y, cars[i].theta));
+    geometry_msgs::TransformStamped& t = m.transforms.emplace_back();
+    t.header = header;
+    t.child_frame_id = frames.car(static_cast<int>(i) + 1);
+    t.transform.translation.x = cars[i].x;
+    t.transform.translation.y = cars[i].y;
+    t.transform.translation.z = cars[i].z;
+    t.transform.rotation.x = cars[i].qx;
+    t.transform.rotation.y = cars[i].qy;
+    t.transform.rotation.z = cars[i].qz;
+    t.transform.rotation.w = cars[i].qw;
   }
   return m;
 }

@@ -58,7 +58,8 @@ void RunStream::end_run(const simulation::Simulation& simulation, const outcome:
   complete_markers();
   send_impacts(simulation);
   send(&MessageSink::outcome, to_message(outcome, header(), run_id_));
-  run_info(simulation, state, outcome.message.empty() ? outcome::to_string(outcome.ended) : outcome.message);
+  run_info(simulation, state,
+           outcome.message.empty() ? std::string(outcome::to_string(outcome.ended)) : outcome.message);
 }
 
 void RunStream::idle(double seconds) {

@@ -169,8 +169,8 @@ void SimulationLoop::end_run() {
   } else {
     ROS_INFO_NAMED(
         "run", "run %u: ended at %s (%s): %d cars past the point of derailment, %d off the track, peak force %.0f kip",
-        run_id(), at_time().c_str(), outcome::to_string(outcome.ended), outcome.cars_past_pod, outcome.cars_off_track,
-        outcome.coupler_force_peak() / inputs::kKip);
+        run_id(), at_time().c_str(), outcome::to_string(outcome.ended).data(), outcome.cars_past_pod,
+        outcome.cars_off_track, outcome.coupler_force_peak() / inputs::kKip);
   }
 }
 

@@ -215,7 +215,10 @@ struct NodeLink::Core {
       train.past_pod += car.past_pod ? 1 : 0;
       train.off_track += car.off_track ? 1 : 0;
     }
-    if (!message->cars.empty()) train.speed_last = std::hypot(message->cars.back().vx, message->cars.back().vy);
+    if (!message->cars.empty()) {
+      const geometry_msgs::Vector3& velocity = message->cars.back().twist.linear;
+      train.speed_last = std::hypot(velocity.x, velocity.y);
+    }
     const std::lock_guard<std::mutex> lock(mutex);
     see_publisher(event);
     data.train = train;

@@ -30,7 +30,7 @@ class TrainSystem final : public solver::OdeSystem {
 
   Eigen::Index size() const override { return model_.size(); }
   bool derivative(double, const double* y, double* dydt) override { return model_.derivative(y, dydt); }
-  Eigen::Index quadrature_count() const override { return model::kWorkTerms; }
+  Eigen::Index quadrature_count() const override { return model_.quadrature_count(); }
 
   // One event function: where the foremost car on the track is. It crosses zero at the point of derailment.
   Eigen::Index event_count() const override { return 1; }
@@ -39,26 +39,7 @@ class TrainSystem final : public solver::OdeSystem {
     values[0] = std::isfinite(place) ? place : -1.0;
   }
 
-  /// Foremost of the cars that have not reached the point of derailment; -1 if all have.
-  Eigen::Index foremost(const double* y) const {
-    const auto q = model::motion(y, model_.car_count());
-    Eigen::Index first = -1;
-    for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-      if (!model_.derailed(k) && (first < 0 || q(k, model::X) > q(first, model::X))) first = k;
-    }
-    return first;
-  }
-
-  std::vector<Eigen::Index> band_positions() const override {
-    const Eigen::Index n = model_.car_count();
-    std::vector<Eigen::Index> positions(static_cast<std::size_t>(size()));
-    for (Eigen::Index i = 0; i < size(); ++i) {
-      positions[static_cast<std::size_t>(i)] =
-          i < model::kCoordinates * n ? model::DerailmentModel::band_index(i % n, static_cast<model::Coordinate>(i / n))
-                                      : i;
-    }
-    return positions;
-  }
+  std::vector<Eigen::Index> band_positions() const override { return model_.band_positions(); }
   Eigen::Index band_lower() const override { return model::DerailmentModel::kBandLower; }
   Eigen::Index band_upper() const override { return model::DerailmentModel::kBandUpper; }
   void jacobian(double, const double* y, const SetEntry& set) override { model_.jacobian(y, set); }
@@ -73,7 +54,7 @@ class SteppedTrain final : public solver::SteppedSystem {
   explicit SteppedTrain(model::ExtendedModel& model) : model_(model) {}
 
   Eigen::Index size() const override { return model_.size(); }
-  Eigen::Index position_count() const override { return model::kCoordinates / 2 * model_.car_count(); }
+  Eigen::Index position_count() const override { return model_.position_count(); }
   void accelerations(double t, double h, const double* y, double* result) override {
     model_.accelerations(t, h, y, result);
   }
@@ -100,42 +81,19 @@ class Motion {
 /// The paper's model, smooth but for the passing of the point of derailment, which is located.
 class SmoothMotion final : public Motion {
  public:
-  explicit SmoothMotion(const inputs::Scenario& scenario)
-      : guided_(scenario.ground.on_track_law == inputs::OnTrackLaw::guided), model_(scenario), system_(model_) {}
+  explicit SmoothMotion(const inputs::Scenario& scenario) : model_(scenario), system_(model_) {}
 
   const model::TrainModel& model() const override { return model_; }
-
   void start(const inputs::Solver& options, const model::StateVector& state) override {
-    // Cars that start at or past the point of derailment have derailed.
-    const auto q = model::motion(state.data(), model_.car_count());
-    for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-      if (q(k, model::X) >= 0.0) {
-        model_.derail(k);
-      } else if (guided_ && (q(k, model::Y) != 0.0 || q(k, model::THETA) != 0.0 || q(k, model::VY) != 0.0 ||
-                             q(k, model::OMEGA) != 0.0)) {
-        throw std::invalid_argument(
-            fmt::format("initial state: car {} is on the track, where the reading 'guided' wants "
-                        "y, theta and their rates to be 0",
-                        k + 1));
-      }
-    }
+    model_.start(state.data());
     integrator_ = solver::make_integrator(options, system_, 0.0, state);
   }
-
-  /// The car whose crossing has been located, which may stand a rounding short of it, and any that is level with it.
   void handle_event() override {
-    const double* y = integrator_->state().data();
-    const auto q = model::motion(y, model_.car_count());
-    Eigen::Index car = system_.foremost(y);
-    do {
-      model_.derail(car);
-      car = system_.foremost(y);
-    } while (car >= 0 && q(car, model::X) >= 0.0);
+    model_.reach_pod(integrator_->state().data());
     integrator_->restart();
   }
 
  private:
-  const bool guided_;
   model::DerailmentModel model_;
   TrainSystem system_;
 };
@@ -305,31 +263,20 @@ bool Simulation::ended() const { return impl_->ended != outcome::Ended::running;
 const model::StateVector& Simulation::state() const { return impl_->state; }
 
 Snapshot Simulation::snapshot() const {
-  const double* y = impl_->state.data();
-  const model::TrainModel& m = impl_->model;
-  const auto q = model::motion(y, m.car_count());
-  ArrayX cosine, sine;
-  m.headings(y, cosine, sine);
+  const model::Observation seen = impl_->model.observe(impl_->state.data());
   Snapshot s;
   s.time = impl_->time;
-  for (Eigen::Index k = 0; k < m.car_count(); ++k) {
-    const double truck = 0.5 * m.cars()[static_cast<std::size_t>(k)].truck_spacing * sine[k];
-    s.cars.push_back({q(k, model::X), q(k, model::Y), q(k, model::THETA), q(k, model::VX), q(k, model::VY),
-                      q(k, model::OMEGA), m.past_pod(k), impl_->monitor.off_track(k), q(k, model::Y) + truck,
-                      q(k, model::Y) - truck, m.derailed(k)});
+  s.cars.reserve(seen.cars.size());
+  for (std::size_t k = 0; k < seen.cars.size(); ++k) {
+    s.cars.push_back({seen.cars[k], impl_->monitor.off_track(static_cast<Eigen::Index>(k))});
   }
-  for (const model::Derailment& d : incidents().derailments) {
-    model::Cause& cause = s.cars[static_cast<std::size_t>(d.car)].cause;
-    if (cause == model::Cause::none) cause = d.cause;
-  }
-  const std::vector<model::CouplerState<double>> couplers = m.couplers(y);
-  for (std::size_t i = 0; i < couplers.size(); ++i) {
-    const model::CouplerState<double>& b = couplers[i];
+  s.couplers.reserve(seen.couplers.size());
+  for (std::size_t i = 0; i < seen.couplers.size(); ++i) {
     const auto coupler = static_cast<Eigen::Index>(i);
-    const outcome::PeakForce buff = impl_->monitor.buff_peak(coupler, s.time, b.axial);
-    const outcome::PeakForce draft = impl_->monitor.draft_peak(coupler, s.time, b.axial);
-    s.couplers.push_back({b.gap, std::atan2(b.uy, b.ux), b.axial, b.lateral, b.swing_lead, b.swing_trail, b.moment_lead,
-                          b.moment_trail, m.broken(coupler), buff.force, draft.force, buff.time, draft.time});
+    const double now = seen.couplers[i].axial_force;
+    const outcome::PeakForce buff = impl_->monitor.buff_peak(coupler, s.time, now);
+    const outcome::PeakForce draft = impl_->monitor.draft_peak(coupler, s.time, now);
+    s.couplers.push_back({seen.couplers[i], buff.force, draft.force, buff.time, draft.time});
   }
   return s;
 }

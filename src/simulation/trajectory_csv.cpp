@@ -4,31 +4,39 @@
 
 #include <fmt/format.h>
 
-#include "train_derail/outcome/incidents_csv.hpp"
+#include "train_derail/simulation/fields.hpp"
 
 namespace train_derail::simulation {
 
+namespace {
+
+// Numbers are most of it, and the names of choices need no quotes.
+void append(std::string& line, const fields::Value& value, const std::vector<std::string_view>& names) {
+  line += ',';
+  if (const auto* number = std::get_if<double>(&value)) fmt::format_to(std::back_inserter(line), "{}", *number);
+  else line += fields::text(value, names);
+}
+
+}  // namespace
+
 void write_csv_header(std::ostream& out) {
-  out << "time_s,car,x_m,y_m,theta_rad,vx_m_s,vy_m_s,omega_rad_s,past_pod,off_track,front_truck_y_m,rear_truck_y_m,"
-         "coupler_gap_m,coupler_angle_rad,coupler_axial_N,coupler_lateral_N,swing_lead_rad,swing_trail_rad,"
-         "moment_lead_N_m,moment_trail_N_m,buff_peak_N,draft_peak_N,broken,derailed,cause\n";
+  std::string line = "time_s,car";
+  for (const auto& field : car_fields()) line += "," + fields::column(field.name, field.unit);
+  for (const auto& field : coupler_fields()) line += "," + fields::column(field.name, field.unit);
+  out << line << '\n';
 }
 
 void write_csv_rows(std::ostream& out, const Snapshot& s) {
   std::string text;
   for (std::size_t k = 0; k < s.cars.size(); ++k) {
-    const CarSnapshot& c = s.cars[k];
-    fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{:d},{:d},{},{},", s.time, k + 1, c.x, c.y,
-                   c.theta, c.vx, c.vy, c.omega, c.past_pod, c.off_track, c.front_truck_offset, c.rear_truck_offset);
+    fmt::format_to(std::back_inserter(text), "{},{}", s.time, k + 1);
+    for (const auto& field : car_fields()) append(text, field.get(s.cars[k]), field.names);
     if (k < s.couplers.size()) {
-      const CouplerSnapshot& b = s.couplers[k];
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{:d}", b.gap, b.angle, b.axial_force,
-                     b.lateral_force, b.swing_lead, b.swing_trail, b.moment_lead, b.moment_trail, b.buff_peak,
-                     b.draft_peak, b.broken);
+      for (const auto& field : coupler_fields()) append(text, field.get(s.couplers[k]), field.names);
     } else {
-      text += ",,,,,,,,,,";
+      text.append(coupler_fields().size(), ',');
     }
-    fmt::format_to(std::back_inserter(text), ",{:d},{}\n", c.derailed, outcome::to_string(c.cause));
+    text += '\n';
   }
   out << text;
 }

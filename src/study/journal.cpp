@@ -41,7 +41,7 @@ std::string on_one_line(std::string text) {
 
 JournalFormat journal_format(const Study& study) {
   JournalFormat format{"study", to_json(study), {"run", "point", "replicate", "seed"}, {}};
-  for (const auto& q : outcome::kQuantities) format.columns.emplace_back(q.name);
+  for (const auto& q : outcome::quantities()) format.columns.emplace_back(q.name);
   for (const char* name : {"ended", "steps", "rhs_evaluations", "warnings", "message"})
     format.columns.emplace_back(name);
   Study plan;  // what run_of() needs
@@ -57,7 +57,8 @@ JournalFormat journal_format(const Study& study) {
       return fmt::format("run {}: point, replicate or seed are not those of the plan", index);
     }
     std::string problem;
-    constexpr std::size_t kFirst = 4, kEnded = kFirst + outcome::kQuantities.size();
+    constexpr std::size_t kFirst = 4;
+    const std::size_t kEnded = kFirst + outcome::quantities().size();
     for (std::size_t i = kFirst; i < kEnded && problem.empty(); ++i) problem = flaw_of_number(columns[i], fields[i]);
     if (problem.empty()) problem = flaw_of_ended(fields[kEnded]);
     for (std::size_t i = kEnded + 1; i < kEnded + 3 && problem.empty(); ++i)
@@ -71,7 +72,7 @@ std::vector<std::string> journal_fields(const Run& run, const outcome::Outcome& 
   std::vector<std::string> fields;
   for (const std::int64_t n : {run.index, run.point, static_cast<std::int64_t>(run.replicate), run.seed})
     fields.push_back(fmt::format("{}", n));
-  for (const auto& q : outcome::kQuantities) fields.push_back(fmt::format("{}", q.value(o)));
+  for (const auto& q : outcome::quantities()) fields.push_back(fmt::format("{}", q.value(o)));
   fields.emplace_back(outcome::to_string(o.ended));
   fields.push_back(fmt::format("{}", o.solver.steps));
   fields.push_back(fmt::format("{}", o.solver.rhs_evaluations));

@@ -278,14 +278,14 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     refuse_idle(study, study.factors[i], where(fmt::format("factors[{}].key", i)));
   study.outcomes = entry.outcomes;
   std::string known;
-  for (const auto& q : outcome::kQuantities) known += (known.empty() ? "" : ", ") + std::string(q.name);
+  for (const auto& q : outcome::quantities()) known += (known.empty() ? "" : ", ") + std::string(q.name);
   if (study.outcomes.empty()) {
-    for (const auto& q : outcome::kQuantities) study.outcomes.emplace_back(q.name);
+    for (const auto& q : outcome::quantities()) study.outcomes.emplace_back(q.name);
   }
   for (const std::string& name : study.outcomes) {
-    const bool found = std::any_of(outcome::kQuantities.begin(), outcome::kQuantities.end(),
-                                   [&](const auto& q) { return q.name == name; });
-    if (!found) throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
+    if (outcome::find_quantity(name) == nullptr) {
+      throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
+    }
   }
   if (random(study.plan)) study = widened(std::move(study), spread.value_or(entry.spread));
   run_count(study);
@@ -302,7 +302,7 @@ Study ensemble_of(const inputs::Scenario& scenario, int replicates) {
   study.replicates = replicates;
   study.perturbation = scenario.initial.perturbation;
   study.seed = scenario.initial.perturbation.seed;
-  for (const auto& q : outcome::kQuantities) study.outcomes.emplace_back(q.name);
+  for (const auto& q : outcome::quantities()) study.outcomes.emplace_back(q.name);
   return study;
 }
 

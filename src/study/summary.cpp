@@ -32,10 +32,9 @@ void look_at(const std::atomic<bool>* stop) {
 }
 
 const outcome::Quantity& quantity(const std::string& name) {
-  for (const outcome::Quantity& q : outcome::kQuantities) {
-    if (q.name == name) return q;
-  }
-  throw std::out_of_range("no outcome of this name");
+  const outcome::Quantity* found = outcome::find_quantity(name);
+  if (found == nullptr) throw std::out_of_range("no outcome of this name");
+  return *found;
 }
 
 /// Runs as numbers, in their order.
@@ -61,7 +60,7 @@ Runs read_runs(const std::string& folder, const Study& study, const std::atomic<
                     warned = table.column("warnings");
   std::vector<std::size_t> wanted, all;
   for (const std::string& name : study.outcomes) wanted.push_back(table.column(name));
-  for (const auto& q : outcome::kQuantities) all.push_back(table.column(std::string(q.name)));
+  for (const auto& q : outcome::quantities()) all.push_back(table.column(std::string(q.name)));
   const std::int64_t total = run_count(study);
   Runs runs;
   runs.outcomes.resize(wanted.size());
@@ -204,7 +203,7 @@ nlohmann::ordered_json columns(const Study& study) {
                                                : f.unit},
                 {"per_shown", converted ? inputs::to_si("1 " + f.shown_unit, f.unit) : 1.0}};
   }
-  for (const auto& q : outcome::kQuantities) {
+  for (const auto& q : outcome::quantities()) {
     j[std::string(q.name)] = {
         {"title", q.title}, {"unit", q.unit}, {"shown_unit", q.shown_unit}, {"per_shown", q.per_shown}};
   }
@@ -300,7 +299,7 @@ Runs runs_of(const Study& study, const std::vector<outcome::Outcome>& outcomes) 
   for (const outcome::Outcome& o : outcomes) {
     if (o.ended == outcome::Ended::running) continue;
     std::string text;
-    for (const auto& q : outcome::kQuantities) text += fmt::format("{},", q.value(o));
+    for (const auto& q : outcome::quantities()) text += fmt::format("{},", q.value(o));
     runs.add(0, o.ended == outcome::Ended::integration_failed, crc64(text), warnings_field(o.warnings));
     for (std::size_t i = 0; i < study.outcomes.size(); ++i)
       runs.outcomes[i].push_back(quantity(study.outcomes[i]).value(o));

@@ -188,13 +188,13 @@ namespace {
 
 constexpr std::size_t kBeforeInputs = 3;  // line, member, seed: without the run's number
 constexpr std::size_t kLine = 1, kMember = 2, kSeed = 3, kCars = 4, kLocomotives = 5,
-                      kQuantities = 6;  // places in a row of the journal
-constexpr std::size_t kEnded = kQuantities + outcome::kQuantities.size(), kWarnings = kEnded + 1, kMessage = kEnded + 2;
+                      kQuantities = 6;                                            // places in a row of the journal
+std::size_t ended_place() { return kQuantities + outcome::quantities().size(); }  // then warnings, message
 
 std::vector<std::string> journal_columns() {
   std::vector<std::string> names{
       "run", "line", "member", "seed", "derailed_without_locomotives", "derailed_locomotives"};
-  for (const auto& q : outcome::kQuantities) names.emplace_back(q.name);
+  for (const auto& q : outcome::quantities()) names.emplace_back(q.name);
   for (const char* name : {"ended", "warnings", "message"}) names.emplace_back(name);
   return names;
 }
@@ -236,9 +236,9 @@ study::JournalFormat journal_format(const study::Study& study, const AccidentTab
     };
     count(kCars, row->second.cars);
     count(kLocomotives, row->second.locomotives);
-    for (std::size_t i = kQuantities; i < kEnded && problem.empty(); ++i)
+    for (std::size_t i = kQuantities; i < ended_place() && problem.empty(); ++i)
       problem = study::flaw_of_number(columns[i], fields[i]);
-    return problem.empty() ? study::flaw_of_ended(fields[kEnded]) : problem;
+    return problem.empty() ? study::flaw_of_ended(fields[ended_place()]) : problem;
   };
   return format;
 }
@@ -250,7 +250,7 @@ std::vector<std::string> fields_of(const Accident& accident, std::int64_t number
         static_cast<std::int64_t>(m.derailed.locomotives)}) {
     fields.push_back(fmt::format("{}", n));
   }
-  for (const auto& q : outcome::kQuantities) fields.push_back(fmt::format("{}", q.value(m.outcome)));
+  for (const auto& q : outcome::quantities()) fields.push_back(fmt::format("{}", q.value(m.outcome)));
   fields.emplace_back(outcome::to_string(m.outcome.ended));
   fields.push_back(study::warnings_field(m.outcome.warnings));
   fields.push_back(m.outcome.message);
@@ -263,10 +263,10 @@ Member member_from(const std::vector<std::string>& fields) {
   m.seed = std::stoll(fields[kSeed]);
   m.derailed = {std::stoi(fields[kCars]), std::stoi(fields[kLocomotives])};
   for (const auto ended : {outcome::Ended::at_rest, outcome::Ended::time_max, outcome::Ended::integration_failed}) {
-    if (fields[kEnded] == outcome::to_string(ended)) m.outcome.ended = ended;
+    if (fields[ended_place()] == outcome::to_string(ended)) m.outcome.ended = ended;
   }
-  m.outcome.message = fields[kMessage];
-  if (!fields[kWarnings].empty()) m.outcome.warnings = {fields[kWarnings]};
+  m.outcome.message = fields[ended_place() + 2];
+  if (!fields[ended_place() + 1].empty()) m.outcome.warnings = {fields[ended_place() + 1]};
   return m;
 }
 

@@ -102,7 +102,7 @@ TEST_F(CliFiles, WhatExistsIsWrittenOverOnlyByForce) {
 TEST_F(CliFiles, OutputsAreNeitherInputsNorEachOther) {
   const std::string before = content(at("train.yaml"));
   fs::create_symlink(at("train.yaml"), at("link"));
-  for (const std::string& option : {"--csv ", "--json ", "--incidents ", "--bag "}) {
+  for (const std::string option : {"--csv ", "--json ", "--incidents ", "--bag "}) {
     for (const char* name : {"train.yaml", "link", "./train.yaml"}) {
       const Result r = derail("run --force " + at("train.yaml") + kShort + " " + option + at(name));
       EXPECT_EQ(r.code, 2) << r.out;
@@ -193,7 +193,7 @@ TEST_F(CliFiles, WrongFilesAreToldByName) {
       {"validate " + kAccidents + " --study " + at("train.yaml"),
        "is a scenario (derail run takes it); allowed: a study"},
       {"fly " + at("train.yaml"),
-       "'fly' is no command; commands: run, check, keys, study, merge, report, validate, verify"},
+       "'fly' is no command; commands: run, check, keys, fields, study, merge, report, validate, verify"},
       {"run " + at("train.yaml") + " --fast", "--fast"},
       {"", "subcommand is required"}};
   for (const auto& [command, said] : wrong) {

@@ -105,6 +105,38 @@ TEST(SlidingCar, FeelsThePatchUnderEachTruck) {
   EXPECT_NEAR(across.rates_over_a_step(0).omega * car.yaw_inertia / moment, 1.0, 1e-9);
 }
 
+TEST(SlidingCar, FindsPatchesAlongTheTrackInCurves) {
+  // Radius 100 m to the left from the point of derailment on; the car has gone straight on for 60 m: 16.6 m right of
+  // the track, and 54 m along it.
+  inputs::Scenario s = sliding();
+  s.ground.off_track_law = inputs::OffTrackLaw::coulomb;
+  s.ground.off_track_friction = 0.4;
+  s.track.curves = {{0.0, 300.0, 1.0 / 100.0}};
+  const std::vector<CarMotion> start{CarMotion{60.0, 0.0, 0.0, 20.0, 0.0, 0.0}};
+  const auto slowed = [&](const inputs::GroundPatch& patch) {
+    s.ground.patches = {patch};
+    return -Train(s, start).rates_over_a_step(0).vx / inputs::kStandardGravity;
+  };
+  EXPECT_NEAR(slowed({40.0, 62.0, -25.0, -10.0, 0.5}), 0.2, 1e-9);  // trucks at 49 and 59 m along the track
+  EXPECT_NEAR(slowed({0.0, 100.0, -5.0, 5.0, 0.5}), 0.4, 1e-9);     // on the track, where the car is not
+}
+
+TEST(CarsOnCurves, TruckPlacesAreSeenFromTheTrack) {
+  inputs::Scenario s = test::on_rails(3);
+  s.track.curves = {{-500.0, 1000.0, 1.0 / 200.0}};
+  const Train train(s);
+  const model::Observation seen = train.model().observe(train.data());
+  const model::Car& car = train.model().cars()[0];
+  for (const model::CarObservation& c : seen.cars) {
+    EXPECT_NEAR(c.front_truck.offset, 0.0, 1e-3);
+    EXPECT_NEAR(c.rear_truck.offset, 0.0, 1e-3);
+    EXPECT_NEAR(c.front_truck.s - c.rear_truck.s, car.truck_spacing, 0.01);  // arc against chord
+    EXPECT_EQ(c.front_truck.load, 0.5 * car.weight);
+    EXPECT_NEAR(c.qw * c.qw + c.qz * c.qz, 1.0, 1e-15);
+  }
+  EXPECT_GT(std::abs(seen.cars[2].y), 1.0);  // which is no distance from the track
+}
+
 // Grade: rolls with g sin on rails without resistance, and no faster than resistance allows.
 class Grade : public testing::TestWithParam<double> {};
 

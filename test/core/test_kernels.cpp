@@ -78,9 +78,9 @@ TEST(Kernels, AgreeWithThePlainVersion) {
       }
     }
   }
-  if (compared == 0) {
-    EXPECT_EQ(model::DerailmentModel::instruction_sets(1000), std::vector<std::string>{"plain"});
-  }
+#ifdef __x86_64__
+  EXPECT_GE(compared, 100);  // there is one that every such processor runs
+#endif
 }
 
 TEST(Kernels, SayWhetherTheDerivativeIsFinite) {

@@ -175,7 +175,7 @@ TEST_P(Readings, TheTwoEnginesMoveAMixedTrainAlike) {
               1e-6 * pair.multibody.energy_initial);
   EXPECT_LT(pair.multibody.energy_residual, 1e-6);
   EXPECT_TRUE(pair.counts_equal);
-  for (const outcome::Quantity& q : outcome::kQuantities) {  // a new one has to be observed by both
+  for (const outcome::Quantity& q : outcome::quantities()) {  // a new one has to be observed by both
     if (q.name == "energy_residual") continue;
     const double a = q.value(pair.purpose_built), b = q.value(pair.multibody);
     EXPECT_NEAR(a, b, 1e-3 * std::abs(a)) << q.name;

@@ -30,7 +30,7 @@ TEST(Ended, AtRestAtTheTimeKnown) {
   const double slow = (test::slide_time(s.initial.speed, e) - test::slide_time(s.stop.speed, e)) / a;
   const outcome::Outcome o = sim.outcome();
   EXPECT_EQ(o.ended, outcome::Ended::at_rest);
-  EXPECT_STREQ(outcome::to_string(o.ended), "at_rest");
+  EXPECT_EQ(outcome::to_string(o.ended), "at_rest");
   EXPECT_GE(o.stop_time, slow - 1e-6);  // the rule is looked at in samples
   EXPECT_LE(o.stop_time, slow + s.outcome.sample_interval + 1e-6);
   EXPECT_EQ(o.stop_time, sim.time());

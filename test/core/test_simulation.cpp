@@ -91,13 +91,13 @@ TEST_P(Advance, SnapshotsFollowFromTheState) {
       const double arm = 0.5 * sim.cars()[k].truck_spacing;
       EXPECT_TRUE(c.x == row(0) && c.y == row(1) && c.theta == row(2) && c.vx == row(3) && c.vy == row(4) &&
                   c.omega == row(5));
-      EXPECT_NEAR(c.front_truck_offset, c.y + arm * std::sin(c.theta), 1e-12);
-      EXPECT_NEAR(c.rear_truck_offset, c.y - arm * std::sin(c.theta), 1e-12);
+      EXPECT_NEAR(c.front_truck.offset, c.y + arm * std::sin(c.theta), 1e-12);
+      EXPECT_NEAR(c.rear_truck.offset, c.y - arm * std::sin(c.theta), 1e-12);
       if (c.x > 1e-9) past[k] = true;
       if (std::abs(c.x) > 1e-9) {
         EXPECT_EQ(c.past_pod, past[k]) << "car " << k + 1 << " at " << shot.time;
       }
-      const double sideways = std::max(std::abs(c.front_truck_offset), std::abs(c.rear_truck_offset));
+      const double sideways = std::max(std::abs(c.front_truck.offset), std::abs(c.rear_truck.offset));
       if (sideways > s.outcome.off_track_threshold) off[k] = true;
       EXPECT_EQ(c.off_track, off[k]) << "car " << k + 1 << " at " << shot.time;
     }

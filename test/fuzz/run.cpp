@@ -95,7 +95,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::expect(o.ended != outcome::Ended::running, "not ended:\n" + file);
     if (o.ended == outcome::Ended::integration_failed) fuzz::expect_readable(o.message);
     for (const std::string& w : o.warnings) fuzz::expect_readable(w);
-    for (const auto& q : outcome::kQuantities)
+    for (const auto& q : outcome::quantities())
       fuzz::expect(std::isfinite(q.value(o)), fmt::format("{} is {}:\n{}", q.name, q.value(o), file));
     if (o.ended != outcome::Ended::integration_failed && o.warnings.empty())
       fuzz::expect(o.energy_residual < 0.1,

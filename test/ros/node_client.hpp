@@ -129,10 +129,15 @@ inline void expect_equal_to_simulation(const std::vector<CarStates>& cars, const
       const CarState& m = cars[i].cars[k];
       const simulation::CarSnapshot& e = expected.cars[k];
       ASSERT_EQ(m.number, k + 1);
-      ASSERT_TRUE(m.x == e.x && m.y == e.y && m.theta == e.theta && m.vx == e.vx && m.vy == e.vy &&
-                  m.omega == e.omega && m.past_pod == e.past_pod && m.off_track == e.off_track &&
-                  m.front_truck_offset == e.front_truck_offset && m.rear_truck_offset == e.rear_truck_offset &&
-                  m.derailed == e.derailed && m.cause == static_cast<int>(e.cause))
+      const geometry_msgs::Pose& p = m.pose;
+      const geometry_msgs::Twist& v = m.twist;
+      ASSERT_TRUE(p.position.x == e.x && p.position.y == e.y && p.position.z == e.z && p.orientation.x == e.qx &&
+                  p.orientation.y == e.qy && p.orientation.z == e.qz && p.orientation.w == e.qw && v.linear.x == e.vx &&
+                  v.linear.y == e.vy && v.linear.z == e.vz && v.angular.x == e.wx && v.angular.y == e.wy &&
+                  v.angular.z == e.omega && m.theta == e.theta && m.past_pod == e.past_pod &&
+                  m.off_track == e.off_track && m.front_truck_offset == e.front_truck.offset &&
+                  m.rear_truck_offset == e.rear_truck.offset && m.derailed == e.derailed &&
+                  m.cause == static_cast<int>(e.cause))
           << "car " << k + 1 << " at " << expected.time << " s";
     }
     for (std::size_t k = 0; k < expected.couplers.size(); ++k) {

@@ -205,7 +205,7 @@ TEST_F(Panel, RestartsWithAnotherSpeed) {
       [&] { return !inputs.empty() && inputs.last().run_id == 2 && !cars.empty() && cars.last().run_id == 2; }));
   EXPECT_DOUBLE_EQ(inputs.last().speed, 50 * kMph);
   ASSERT_EQ(cars.last().time, 0.0);
-  for (const CarState& car : cars.last().cars) EXPECT_DOUBLE_EQ(car.vx, 50 * kMph);
+  for (const CarState& car : cars.last().cars) EXPECT_DOUBLE_EQ(car.twist.linear.x, 50 * kMph);
   EXPECT_TRUE(wait_in_rviz([&] {
     return !differs("input:initial.speed") && message() == "restart: run 2 waits, paused";
   })) << message();

@@ -105,7 +105,7 @@ class PanelRvizTest(unittest.TestCase):
         first = lambda: [m for m in self.messages['cars'] if m.run_id == run_id and m.time == 0.0]
         self.assertTrue(self.wait_for(first), 'no state of run %d at time 0' % run_id)
         for car in first()[0].cars:
-            self.assertAlmostEqual(car.vx, mph * MPH, places=9)
+            self.assertAlmostEqual(car.twist.linear.x, mph * MPH, places=9)
 
     def test_keyboard_restarts_with_another_speed(self):
         rospy.set_param('/use_sim_time', True)

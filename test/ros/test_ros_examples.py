@@ -168,7 +168,7 @@ class ExamplesTest(unittest.TestCase):
         said, _ = launched.communicate(timeout=LIMIT)
         expected = {}
         for state in self.states:
-            if not state['coupler_axial_N']:
+            if not state['axial_force_N']:
                 continue
             for direction in ('buff', 'draft'):
                 force = float(state[direction + '_peak_N'])

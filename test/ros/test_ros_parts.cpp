@@ -1,20 +1,26 @@
 // The parts of the ROS face that need no master: pace, clock, parameters, events, messages, commands.
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "train_derail/Event.h"
+#include "train_derail/outcome/fields.hpp"
 #include "train_derail/ros/command_queue.hpp"
 #include "train_derail/ros/event_detector.hpp"
 #include "train_derail/ros/frames.hpp"
+#include "train_derail/ros/message_fields.hpp"
 #include "train_derail/ros/messages.hpp"
 #include "train_derail/ros/pacer.hpp"
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/pile_up_follower.hpp"
 #include "train_derail/ros/sim_clock.hpp"
+#include "train_derail/simulation/fields.hpp"
 
 namespace train_derail::ros_face {
 namespace {
@@ -187,11 +193,22 @@ TEST(Frames, NumbersHaveThreeDigitsAtLeast) {
 }
 
 simulation::CarSnapshot car(double x, bool past_pod, bool off_track) {
-  return {x, 0.0, 0.0, 10.0, 0.0, 0.0, past_pod, off_track, 0.0, 0.0, past_pod};
+  simulation::CarSnapshot car;
+  car.x = x;
+  car.vx = 10.0;
+  car.past_pod = car.derailed = past_pod;
+  car.off_track = off_track;
+  return car;
 }
 /// As at the last step: what it bears now is the largest since the last message, at `time`.
 simulation::CouplerSnapshot coupler(double force, double time = 0.0) {
-  return {1.2, 0.0, force, 0.0, 0.0, 0.0, 0.0, 0.0, false, std::max(force, 0.0), std::max(-force, 0.0), time, time};
+  simulation::CouplerSnapshot coupler;
+  coupler.gap = 1.2;
+  coupler.axial_force = force;
+  coupler.buff_peak = std::max(force, 0.0);
+  coupler.draft_peak = std::max(-force, 0.0);
+  coupler.buff_peak_time = coupler.draft_peak_time = time;
+  return coupler;
 }
 
 TEST(EventDetector, SaysOnceWhatHappens) {
@@ -315,48 +332,81 @@ TEST(Messages, HistogramOfImpactsHasStepsOfFiveMph) {
   }
 }
 
-TEST(Messages, OutcomeHasWhatTheExtendedModelYields) {
-  outcome::Outcome o;
-  o.cars_derailed = 1;
-  o.derailed_by = {2, 3, 4};
-  o.couplers_broken = 5;
-  o.impacts = {6, 7.0, 8.0, 9.0};
-  o.blockage_force = 10.0;
-  o.pile_up.area = 11.0;
-  o.pile_up.cars_across = 12;
-  o.pile_up.groups = 13;
-  o.pile_up.main_cars = 14;
-  o.pile_up.main_length = 15.0;
-  o.energy.work_rails = 16.0;
-  o.energy.work_coupler_damping = 17.0;
-  o.energy.work_coupler_break = 18.0;
-  o.energy.work_impact_normal = 19.0;
-  o.energy.work_impact_friction = 20.0;
-  o.energy.work_grade = 21.0;
-  o.energy.work_kicks = -22.0;
+/// A record whose every field has a value of its own.
+template <class Record>
+Record distinct(const fields::Fields<Record>& all) {
+  Record record;
+  int number = 1;
+  for (const auto& field : all) {
+    if (!field.set) continue;
+    ++number;
+    fields::Value value = field.get(record);
+    if (std::holds_alternative<double>(value)) value = 0.5 + number;
+    else if (std::holds_alternative<bool>(value)) value = true;
+    else if (std::holds_alternative<std::string>(value)) value = fmt::format("text {}", number);
+    else if (std::holds_alternative<std::vector<std::string>>(value)) value = std::vector<std::string>{"a", "b"};
+    else value = static_cast<std::int64_t>(field.names.empty() ? number : 2);
+    field.set(record, value);
+  }
+  return record;
+}
+
+/// Every entry of the description but `elsewhere` is a field of the message, and has its value there.
+template <class Message, class Record>
+void expect_carries(const Message& message, const fields::Fields<Record>& all, const Record& record,
+                    const std::set<std::string_view>& elsewhere, const std::set<std::string>& own) {
+  const Record back = read<Record>(message, all);
+  std::set<std::string> known = own;
+  for (const auto& field : all) {
+    if (elsewhere.count(field.name) > 0) continue;
+    known.insert(std::string(field.name));
+    if (field.set) EXPECT_TRUE(field.get(back) == field.get(record)) << field.name;
+  }
+  const std::vector<std::string> names = field_names<Message>();
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), known);
+}
+
+TEST(Messages, CarryWhatIsDescribed) {
+  const outcome::Outcome o = distinct(outcome::outcome_fields());
   const Outcome m = to_message(o, {}, 1);
-  EXPECT_EQ(m.cars_derailed, 1U);
-  EXPECT_EQ(m.derailed_by_pod, 2U);
-  EXPECT_EQ(m.derailed_by_lateral, 3U);
-  EXPECT_EQ(m.derailed_by_torn_track, 4U);
-  EXPECT_EQ(m.couplers_broken, 5U);
-  EXPECT_EQ(m.impacts, 6U);
-  EXPECT_EQ(m.impact_speed_max, 7.0);
-  EXPECT_EQ(m.impact_force_peak, 8.0);
-  EXPECT_EQ(m.impact_impulse_max, 9.0);
-  EXPECT_EQ(m.blockage_force, 10.0);
-  EXPECT_EQ(m.pile_up_area, 11.0);
-  EXPECT_EQ(m.cars_across, 12U);
-  EXPECT_EQ(m.groups, 13U);
-  EXPECT_EQ(m.main_pile_cars, 14U);
-  EXPECT_EQ(m.main_pile_length, 15.0);
-  EXPECT_EQ(m.work_rails, 16.0);
-  EXPECT_EQ(m.work_coupler_damping, 17.0);
-  EXPECT_EQ(m.work_coupler_break, 18.0);
-  EXPECT_EQ(m.work_impact_normal, 19.0);
-  EXPECT_EQ(m.work_impact_friction, 20.0);
-  EXPECT_EQ(m.work_grade, 21.0);
-  EXPECT_EQ(m.work_kicks, -22.0);
+  expect_carries(m, outcome::outcome_fields(), o, {"wall_time"}, {"header", "run_id"});
+  EXPECT_EQ(m.coupler_force_peak, std::max(o.coupler_buff_peak.force, o.coupler_draft_peak.force));
+  EXPECT_EQ(m.work_kicks, o.energy.work_kicks);
+  EXPECT_EQ(m.ended, Outcome::TIME_MAX);
+
+  const simulation::CarSnapshot car = distinct(simulation::car_fields());
+  const CarState state = to_message(std::vector<simulation::CarSnapshot>{car}, 0.0, {}, 1).cars.at(0);
+  expect_carries(state, simulation::car_fields(), car,
+                 {"x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "omega"},
+                 {"number", "pose", "twist"});
+  EXPECT_EQ(state.pose.position.y, car.y);
+  EXPECT_EQ(state.pose.orientation.w, car.qw);
+  EXPECT_EQ(state.twist.linear.x, car.vx);
+  EXPECT_EQ(state.twist.angular.z, car.omega);
+
+  const simulation::CouplerSnapshot coupler = distinct(simulation::coupler_fields());
+  const CouplerForce force = to_message(std::vector<simulation::CouplerSnapshot>{coupler}, 0.0, {}, 1).couplers.at(0);
+  expect_carries(force, simulation::coupler_fields(), coupler, {}, {"number"});
+}
+
+TEST(Messages, ConstantsAreTheNamesInCapitals) {
+  const std::vector<int> causes{CarState::NONE, CarState::POD, CarState::LATERAL, CarState::TORN_TRACK};
+  const std::vector<int> ended{Outcome::RUNNING, Outcome::AT_REST, Outcome::TIME_MAX, Outcome::INTEGRATION_FAILED};
+  ASSERT_EQ(causes.size(), model::kCauseNames.size());
+  ASSERT_EQ(ended.size(), outcome::kEndedNames.size());
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(causes[static_cast<std::size_t>(i)], i);
+    EXPECT_EQ(ended[static_cast<std::size_t>(i)], i);
+  }
+  const auto has = [](const std::string& definition, std::string_view name, std::size_t value) {
+    std::string capitals(name);
+    for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    EXPECT_NE(definition.find(fmt::format("uint8 {} = {}", capitals, value)), std::string::npos) << capitals;
+  };
+  for (std::size_t i = 0; i < causes.size(); ++i) {
+    has(::ros::message_traits::definition<CarState>(), model::kCauseNames[i], i);
+    has(::ros::message_traits::definition<Outcome>(), outcome::kEndedNames[i], i);
+  }
 }
 
 TEST(Messages, CarsAndCouplersSayWhatBecameOfThem) {

@@ -29,9 +29,18 @@ class DerailmentModel final : public TrainModel {
   bool derailed(Eigen::Index car) const override { return derailed_[static_cast<std::size_t>(car)]; }
   bool past_pod(Eigen::Index car) const override { return derailed(car); }
   void derail(Eigen::Index car);
+  /// Cars that stand at or past the point of derailment in the state of the start have derailed. Throws
+  /// std::invalid_argument if the reading `guided` holds a car that is turned, aside, or on its way there.
+  void start(const double* y);
+  /// The foremost car on the track has been seen to reach the point of derailment: it derails, and any that is level
+  /// with it.
+  void reach_pod(const double* y);
 
   /// x of the foremost car that has not derailed [m]; minus infinity if all have.
   double foremost_on_track(const double* y) const;
+
+  /// Work terms at the end of a state.
+  static Eigen::Index quadrature_count() { return kWorkTerms; }
 
   /// dydt = f(y); both of length size(). False if dydt is not finite.
   bool derivative(const double* y, double* dydt) const;
@@ -42,6 +51,8 @@ class DerailmentModel final : public TrainModel {
   using SetEntry = std::function<void(Eigen::Index row, Eigen::Index column, double value)>;
   void jacobian(const double* y, const SetEntry& set) const;
   static Eigen::Index band_index(Eigen::Index car, Coordinate c) { return kCoordinates * car + c; }
+  /// Place in the band ordering of every component of a state.
+  std::vector<Eigen::Index> band_positions() const;
   static constexpr Eigen::Index kBandLower = 11, kBandUpper = 5;
 
   std::vector<CouplerState<double>> couplers(const double* y) const override;
@@ -53,6 +64,8 @@ class DerailmentModel final : public TrainModel {
   /// Ground and rails of the car as its place has it: before the point of derailment or past it.
   void lay(Eigen::Index car);
   CarArrays arrays() const;
+  /// Foremost of the cars that have not derailed; -1 if all have.
+  Eigen::Index foremost(const double* y) const;
 
   double cos_limit_;  // of the coupler's swing
   std::vector<bool> derailed_;

@@ -1,31 +1,69 @@
 // Where the energy of a train is, and what became of it.
 #pragma once
 
+#include <string_view>
+
 namespace train_derail::model {
 
-/// Mechanical energy and work of the whole train [J]. Without error of integration, total() stays constant.
+/// Mechanical energy and work of the whole train [J]. Work is what a mechanism has taken from the train: positive when
+/// dissipated. Without error of integration, total() stays constant. Each member has its entry in kEnergyTerms.
 struct EnergyLedger {
   double kinetic_translation = 0.0;
   double kinetic_rotation = 0.0;
-  double coupler_axial = 0.0;   // strain energy
-  double coupler_swing = 0.0;   // strain energy
-  double work_on_track = 0.0;   // dissipated along the track by cars on it: friction, or brakes and rolling resistance
-  double work_off_track = 0.0;  // dissipated by the ground under what has left it
-  // Of the parts beyond the paper; work is what the mechanism has taken from the train.
-  double work_rails = 0.0;  // lateral: damping, what a yielding rail keeps, less what alignment gives
+  double coupler_axial = 0.0;
+  double coupler_swing = 0.0;
+  double work_on_track = 0.0;
+  double work_off_track = 0.0;
+  double work_rails = 0.0;
   double work_coupler_damping = 0.0;
-  double work_coupler_break = 0.0;  // strain energy of couplers that broke
-  double work_impact_normal = 0.0;  // crushing, and what restitution does not give back
+  double work_coupler_break = 0.0;
+  double work_impact_normal = 0.0;
   double work_impact_friction = 0.0;
-  double work_grade = 0.0;  // lifted
-  double work_kicks = 0.0;  // given by kicks at the point of derailment, hence negative
+  double work_grade = 0.0;
+  double work_kicks = 0.0;
 
   double kinetic() const { return kinetic_translation + kinetic_rotation; }
-  double total() const {
-    return kinetic() + coupler_axial + coupler_swing + work_on_track + work_off_track + work_rails +
-           work_coupler_damping + work_coupler_break + work_impact_normal + work_impact_friction + work_grade +
-           work_kicks;
-  }
+  double total() const;
 };
+
+/// One term, as it is called everywhere.
+struct EnergyTerm {
+  std::string_view name;
+  double EnergyLedger::*term;
+  std::string_view title;
+  std::string_view meaning;
+};
+
+inline constexpr EnergyTerm kEnergyTerms[] = {
+    {"energy_kinetic_translation", &EnergyLedger::kinetic_translation, "left in motion",
+     "Kinetic energy of the centres of mass, at stop_time."},
+    {"energy_kinetic_rotation", &EnergyLedger::kinetic_rotation, "left in rotation",
+     "Kinetic energy of rotation, at stop_time."},
+    {"energy_coupler_axial", &EnergyLedger::coupler_axial, "left in couplers", "Strain energy of draft and buff."},
+    {"energy_coupler_swing", &EnergyLedger::coupler_swing, "left in swing stops", "Strain energy of the swing stops."},
+    {"work_on_track", &EnergyLedger::work_on_track, "spent on the track",
+     "Taken along the track from cars on it: friction, or brakes and rolling resistance."},
+    {"work_off_track", &EnergyLedger::work_off_track, "spent off the track",
+     "Taken by the ground from what has left the track."},
+    {"work_rails", &EnergyLedger::work_rails, "spent sideways in the rails",
+     "By damping and yielding of rails, less what their alignment gives."},
+    {"work_coupler_damping", &EnergyLedger::work_coupler_damping, "spent by damping of couplers",
+     "By the damping of draft gears."},
+    {"work_coupler_break", &EnergyLedger::work_coupler_break, "let go by couplers that broke",
+     "Strain energy of couplers that broke."},
+    {"work_impact_normal", &EnergyLedger::work_impact_normal, "spent by crushing in impacts",
+     "Crushing of bodies, and what restitution does not give back."},
+    {"work_impact_friction", &EnergyLedger::work_impact_friction, "spent by friction in impacts",
+     "Friction of bodies on each other."},
+    {"work_grade", &EnergyLedger::work_grade, "spent uphill", "Lifting, uphill positive."},
+    {"work_kicks", &EnergyLedger::work_kicks, "given by kicks",
+     "Of the perturbation at the point of derailment; given, hence negative."},
+};
+
+inline double EnergyLedger::total() const {
+  double sum = 0.0;
+  for (const EnergyTerm& t : kEnergyTerms) sum += this->*t.term;
+  return sum;
+}
 
 }  // namespace train_derail::model

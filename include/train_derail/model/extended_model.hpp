@@ -34,6 +34,8 @@ class ExtendedModel final : public TrainModel {
   /// What has happened before the first step: trucks that start past the point of derailment are off the rails.
   void start(const double* y);
 
+  /// Coordinates of position of all cars: the first components of a state, their velocities the next.
+  Eigen::Index position_count() const { return kCoordinates / 2 * car_count(); }
   /// Accelerations (cars x 3, column by column: x, y, theta) at time t of a step of length h; y as start() or settle()
   /// has left it.
   void accelerations(double t, double h, const double* y, double* result);
@@ -49,6 +51,7 @@ class ExtendedModel final : public TrainModel {
   EnergyLedger energy(const double* y) const override;
   bool straight_track() const override { return track_.straight(); }
   TrackPlace track_place(Eigen::Index car, const Vector2& point) const override;
+  Cause cause(Eigen::Index car) const override { return first_cause_[static_cast<std::size_t>(car)]; }
   const Incidents* incidents() const override { return &incidents_; }
   const ArrayX* axial_forces() const override { return &axial_; }
 
@@ -80,6 +83,8 @@ class ExtendedModel final : public TrainModel {
   bool leave_overloaded(double t, double h, double* y);
   void find_standing();
   void leave(double t, Eigen::Index truck, Cause cause, double* y);
+  /// Puts the derailments noted from number `first` on in the order of time.
+  void order_derailments(std::ptrdiff_t first);
   void pass_pod(const double* y);
   /// The brake pipe is opened at time t at `place` along the train.
   void vent(double t, double place);
@@ -94,6 +99,7 @@ class ExtendedModel final : public TrainModel {
   Track track_;
   // One a car.
   std::vector<bool> past_pod_, brake_source_;
+  std::vector<Cause> first_cause_;
   ArrayX brake_ratio_, pipe_, signal_;  // B; place along the brake pipe [m]; when the emergency signal comes [s]
   ArrayX inverse_mass_, inverse_inertia_, cos_, sin_, along_, fx_, fy_, moment_, turned_;
   // One a truck.

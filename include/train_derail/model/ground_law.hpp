@@ -39,11 +39,12 @@ T slip_friction(const inputs::Ground& g, const T& speed_squared, const T& across
   return g.in_line_friction + (g.broadside_friction - g.in_line_friction) * select(smooth > far, smooth, far);
 }
 
-/// Product of the factors of the patches that (x, y) lies on.
-inline double patch_factor(const std::vector<inputs::GroundPatch>& patches, double x, double y) {
+/// Product of the factors of the patches that a place lies on: arc length `s` along the track, `offset` from its centre
+/// line, left positive [m].
+inline double patch_factor(const std::vector<inputs::GroundPatch>& patches, double s, double offset) {
   double factor = 1.0;
   for (const inputs::GroundPatch& p : patches) {
-    if (x >= p.x_from && x < p.x_to && y >= p.y_from && y < p.y_to) factor *= p.factor;
+    if (s >= p.x_from && s < p.x_to && offset >= p.y_from && offset < p.y_to) factor *= p.factor;
   }
   return factor;
 }

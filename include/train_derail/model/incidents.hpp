@@ -2,6 +2,8 @@
 // here.
 #pragma once
 
+#include <array>
+#include <string_view>
 #include <vector>
 
 #include "train_derail/eigen_types.hpp"
@@ -15,6 +17,9 @@ enum class Cause {
   lateral,     // lateral force over load beyond rails.derail_ratio
   torn_track,  // came to where another truck had torn up the track
 };
+
+inline constexpr std::array<std::string_view, 4> kCauseNames{"none", "pod", "lateral", "torn_track"};
+inline std::string_view to_string(Cause cause) { return kCauseNames[static_cast<std::size_t>(cause)]; }
 
 struct Derailment {
   double time;  // s
@@ -31,8 +36,14 @@ struct BrokenCoupler {
   double axial_force;  // at which it broke, buff positive [N]
 };
 
+inline constexpr std::array<std::string_view, 3> kBrokenByNames{"draft", "swing", "moment"};
+inline std::string_view to_string(BrokenCoupler::By by) { return kBrokenByNames[static_cast<std::size_t>(by)]; }
+
 /// Side of a car that is hit: the one that faces the push.
 enum class Face { front, rear, left, right };
+
+inline constexpr std::array<std::string_view, 4> kFaceNames{"front", "rear", "left", "right"};
+inline std::string_view to_string(Face face) { return kFaceNames[static_cast<std::size_t>(face)]; }
 
 /// Two bodies that come to touch. Touches of the same two cars less than 0.25 s apart are one impact.
 struct Impact {

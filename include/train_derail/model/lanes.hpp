@@ -1,34 +1,21 @@
-// The force laws are written once, for one double, for a number with its derivatives (Eigen::AutoDiffScalar) and for
-// several cars side by side (std::experimental::simd, the parallelism TS of the standard library).
+// The force laws are written once: for one double, for a number with its derivatives (Eigen::AutoDiffScalar) and for
+// several cars side by side (a batch of xsimd, which brings its own select() and any()).
 #pragma once
 
 #include <cmath>
-#include <type_traits>
 
 namespace train_derail::model {
 
-/// `condition` ? a : b, lane by lane.
-template <class Condition, class T>
-T select(const Condition& condition, const T& a, const T& b) {
-  if constexpr (std::is_same_v<Condition, bool>) {
-    return condition ? a : b;
-  } else {
-    T result = b;
-    where(condition, result) = a;
-    return result;
-  }
+/// `condition` ? a : b; of batches lane by lane.
+template <class T>
+T select(bool condition, const T& a, const T& b) {
+  return condition ? a : b;
 }
 
-template <class Condition>
-bool any(const Condition& condition) {
-  if constexpr (std::is_same_v<Condition, bool>) {
-    return condition;
-  } else {
-    return any_of(condition);
-  }
-}
+/// Whether the condition holds, of batches in any lane.
+inline bool any(bool condition) { return condition; }
 
-/// Functions of an angle: those of the standard library, or of whoever specialises this for his batches.
+/// Functions of an angle: those of the standard library; model/batch.hpp has them for batches.
 template <class T>
 struct Trigonometry {
   static T atan2(const T& y, const T& x) {
@@ -43,7 +30,7 @@ struct Trigonometry {
   }
 };
 
-/// Of positive numbers; again to be specialised for batches.
+/// Inverse square root of positive numbers; model/batch.hpp has it for batches.
 template <class T>
 struct Roots {
   static T inverse(const T& x) {

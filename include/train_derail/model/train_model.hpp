@@ -10,6 +10,7 @@
 #include "train_derail/model/energy_ledger.hpp"
 #include "train_derail/model/footprint.hpp"
 #include "train_derail/model/incidents.hpp"
+#include "train_derail/model/observation.hpp"
 #include "train_derail/model/state.hpp"
 #include "train_derail/model/train.hpp"
 
@@ -38,7 +39,7 @@ struct CarMotion {
   PointMotion point(double offset) const { return {centre + offset * axis, velocity + offset * omega * side()}; }
 };
 
-/// State vectors have the layout of model/state.hpp.
+/// Everybody but the models takes a state vector as it is, and learns what is in it by observe() and plan().
 class TrainModel {
  public:
   /// The scenario must be valid (inputs::validate).
@@ -50,6 +51,10 @@ class TrainModel {
   Eigen::Index size() const { return state_size(car_count()); }
   const std::vector<Car>& cars() const { return cars_; }
   const inputs::Coupler& coupler_law() const { return coupler_; }
+
+  /// What can be seen of the train in a state.
+  Observation observe(const double* y) const;
+  virtual PlanColumns plan(const double* y) const;
 
   /// Mid-slack start, eqs. (15)-(17), with the scenario's perturbation.
   virtual StateVector initial_state() const;
@@ -98,6 +103,8 @@ class TrainModel {
   virtual TrackPlace track_place(Eigen::Index /*car*/, const Vector2& point) const {
     return {point.x(), point.y(), Vector2::UnitX()};
   }
+  /// What took the car's first truck off the rails; Cause::none where rails never yield.
+  virtual Cause cause(Eigen::Index /*car*/) const { return Cause::none; }
 
   /// What the model itself has noted; null if it notes nothing and everything follows from states.
   virtual const Incidents* incidents() const { return nullptr; }

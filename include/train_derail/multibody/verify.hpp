@@ -62,7 +62,7 @@ struct PairOfRuns {
   std::string failed;  // which engine could not go on, and why
 };
 
-/// One quantity of outcome::kQuantities in both ensembles.
+/// One quantity of outcome::quantities() in both ensembles.
 struct QuantityComparison {
   std::string name;
   std::vector<double> purpose_built, multibody;

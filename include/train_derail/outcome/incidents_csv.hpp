@@ -10,8 +10,4 @@ namespace train_derail::outcome {
 /// couplers are numbered from 1 as in Outcome; SI; columns that do not apply are empty.
 void write_incidents_csv(std::ostream& out, const model::Incidents& incidents);
 
-const char* to_string(model::Cause cause);
-const char* to_string(model::BrokenCoupler::By by);
-const char* to_string(model::Face face);
-
 }  // namespace train_derail::outcome

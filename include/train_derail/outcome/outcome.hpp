@@ -1,8 +1,10 @@
 // What a run yields. Cars and couplers are numbered from 1 as in the paper; 0 means "none".
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "train_derail/inputs/scenario.hpp"
@@ -17,7 +19,8 @@ enum class Ended {
   time_max,            // stop.time_max reached
   integration_failed,  // see message
 };
-const char* to_string(Ended ended);
+inline constexpr std::array<std::string_view, 4> kEndedNames{"running", "at_rest", "time_max", "integration_failed"};
+inline std::string_view to_string(Ended ended) { return kEndedNames[static_cast<std::size_t>(ended)]; }
 
 /// Two cars whose footprints (length x width rectangles) come to touch: the relative speed of the two bodies at the
 /// point of first touch, at the sample in which it is first seen. The model lets bodies pass through each other: only

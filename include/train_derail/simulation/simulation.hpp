@@ -11,30 +11,18 @@
 
 namespace train_derail::simulation {
 
-struct CarSnapshot {
-  double x, y, theta;                            // centre of mass [m, m, rad]
-  double vx, vy, omega;                          // m/s, m/s, rad/s
-  bool past_pod;                                 // has passed the point of derailment
-  bool off_track;                                // counts as off the track
-  double front_truck_offset, rear_truck_offset;  // y of the truck centres, left positive [m]
-  bool derailed;                                 // a truck is off the rails (without rails that yield: past_pod)
-  model::Cause cause = model::Cause::none;       // what took its first truck off; rails that yield only
+/// One car, and what of its past counts.
+struct CarSnapshot : model::CarObservation {
+  bool off_track = false;  ///< a truck centre has been sideways by more than outcome.off_track_threshold
 };
 
-/// Coupler i (from 0) joins cars[i] (lead) and cars[i + 1] (trail).
-struct CouplerSnapshot {
-  double gap;                      // G, pin to pin [m]
-  double angle;                    // beta, of the line from the trail car's front pin to the lead car's rear pin [rad]
-  double axial_force;              // F, buff positive [N]
-  double lateral_force;            // E [N]
-  double swing_lead, swing_trail;  // gamma at either end [rad]
-  double moment_lead, moment_trail;  // m on either car [N m]
-  bool broken;                       // carries nothing any more
-  // Largest in the steps of the last call of advance() that moved time, found within steps, up to now; magnitudes.
-  double buff_peak = 0.0;        // [N]
-  double draft_peak = 0.0;       // [N]
-  double buff_peak_time = 0.0;   // [s]
-  double draft_peak_time = 0.0;  // [s]
+/// One coupler, and its largest forces, magnitudes, in the steps of the last call of advance() that moved time, found
+/// within steps, up to now.
+struct CouplerSnapshot : model::CouplerObservation {
+  double buff_peak = 0.0;        ///< largest compression [N]
+  double draft_peak = 0.0;       ///< largest tension [N]
+  double buff_peak_time = 0.0;   ///< when [s]
+  double draft_peak_time = 0.0;  ///< when [s]
 };
 
 struct Snapshot {
@@ -48,7 +36,7 @@ class Simulation {
  public:
   /// Throws inputs::InputError if the scenario is not valid.
   explicit Simulation(const inputs::Scenario& scenario);
-  /// Starts from `initial` (layout of model/state.hpp) instead of the scenario's initial motion.
+  /// Starts from `initial` (a state of the model, as state() gives it) instead of the scenario's initial motion.
   /// Throws std::invalid_argument if it lets a car on the track leave the rails of the reading `guided`.
   Simulation(const inputs::Scenario& scenario, const model::StateVector& initial);
   ~Simulation();
@@ -69,7 +57,7 @@ class Simulation {
   const std::vector<model::Car>& cars() const;
   double time() const;  // of snapshot() and state() [s]
   bool ended() const;
-  /// State at time(); layout of model/state.hpp.
+  /// State at time(), for whoever goes on from it; what is in it: snapshot().
   const model::StateVector& state() const;
   Snapshot snapshot() const;
   /// So far; final once ended().

@@ -57,7 +57,7 @@ struct Study {
   int replicates = 1;                 // runs a point, each with its own perturbation
   inputs::Perturbation perturbation;  // sizes of the perturbation of every run, the scenario's if the study has none;
                                       // its seed is not used
-  std::vector<std::string> outcomes;  // names of outcome::kQuantities that are summarised and drawn
+  std::vector<std::string> outcomes;  // names of outcome::quantities() that are summarised and drawn
   std::int64_t seed = 1;
   Engine engine = Engine::purpose_built;  // not in the file: asked for on the command line
   std::string fitted_on;  // path of the class of accidents that the base was fitted on (validation); empty: not said

@@ -118,7 +118,7 @@ std::string to_table(const Validation& v);
 std::string to_json(const Validation& v);
 /// The table's own columns, then what was predicted; one line a row.
 std::string rows_csv(const Validation& v);
-/// One line a run: inputs sampled, all of outcome::kQuantities.
+/// One line a run: inputs sampled, all of outcome::quantities().
 std::string members_csv(const study::Study& study, const Ensembles& ensembles);
 
 }  // namespace train_derail::validation

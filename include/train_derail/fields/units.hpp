@@ -1,0 +1,28 @@
+// The units of what comes out.
+#pragma once
+
+#include "train_derail/fields/field.hpp"
+#include "train_derail/inputs/scenario.hpp"
+
+namespace train_derail::fields {
+
+inline constexpr Unit kNoUnit{"", ""};
+inline constexpr Unit kRatio{"1", ""};
+inline constexpr Unit kCount{"1", ""};
+inline constexpr Unit kCars{"1", "cars"};
+inline constexpr Unit kCouplers{"1", "couplers"};
+inline constexpr Unit kImpacts{"1", "impacts"};
+inline constexpr Unit kGroups{"1", "groups"};
+inline constexpr Unit kTime{"s", "s", 1.0, 2, "s", 1.0, 2};
+inline constexpr Unit kLength{"m", "ft", inputs::kFoot, 0, "m", 1.0, 1};
+inline constexpr Unit kGap{"m", "in", inputs::kFoot / 12.0, 2, "mm", 1e-3, 0};
+inline constexpr Unit kArea{"m2", "ft2", inputs::kFoot* inputs::kFoot, 0, "m2", 1.0, 0};
+inline constexpr Unit kSpeed{"m/s", "mph", inputs::kMph, 1, "m/s", 1.0, 2};
+inline constexpr Unit kAngle{"rad", "deg", inputs::kDegree, 1, "rad", 1.0, 3};
+inline constexpr Unit kYawRate{"rad/s", "deg/s", inputs::kDegree, 1, "rad/s", 1.0, 3};
+inline constexpr Unit kForce{"N", "kip", inputs::kKip, 0, "kN", 1e3, 0};
+inline constexpr Unit kImpulse{"N s", "kip s", inputs::kKip, 0, "kN s", 1e3, 0};
+inline constexpr Unit kMoment{"N m", "kip ft", inputs::kKip* inputs::kFoot, 0, "kN m", 1e3, 0};
+inline constexpr Unit kEnergy{"J", "10^6 ft-lbf", 1e6 * inputs::kPoundForce* inputs::kFoot, 2, "MJ", 1e6, 2};
+
+}  // namespace train_derail::fields

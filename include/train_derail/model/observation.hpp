@@ -1,0 +1,59 @@
+// What can be seen of a train at one moment, whatever model moves it. Everybody outside of model/ reads this and nothing of
+// a state's layout. Models of the plane leave heights, vertical forces, roll and pitch at zero.
+#pragma once
+
+#include <vector>
+
+#include "train_derail/eigen_types.hpp"
+#include "train_derail/model/incidents.hpp"
+
+namespace train_derail::model {
+
+/// Where a truck centre is, seen from the track.
+struct TruckPlace {
+  double s = 0.0;       ///< arc length along the centre line from the point of derailment, in the direction of travel [m]
+  double offset = 0.0;  ///< from the centre line, left positive [m]
+  double height = 0.0;  ///< above the top of the rails [m]
+  double load = 0.0;    ///< vertical force that it carries [N]
+};
+
+/// One car. World frame: x forward along the track at the point of derailment, y left, z up; angles by the right hand.
+struct CarObservation {
+  double x = 0.0, y = 0.0, z = 0.0;              ///< centre of mass [m]
+  double qx = 0.0, qy = 0.0, qz = 0.0, qw = 1.0;  ///< orientation as a unit quaternion; at (0, 0, 0, 1) it heads along +x
+  double theta = 0.0;                            ///< heading, yaw against +x, not wrapped [rad]
+  double vx = 0.0, vy = 0.0, vz = 0.0;           ///< velocity of the centre of mass [m/s]
+  double wx = 0.0, wy = 0.0, omega = 0.0;        ///< angular velocity; omega about z [rad/s]
+  TruckPlace front_truck, rear_truck;
+  bool past_pod = false;      ///< the centre of mass has passed the point of derailment
+  bool derailed = false;      ///< a truck is off the rails; where rails never yield: past_pod
+  Cause cause = Cause::none;  ///< what took its first truck off; rails that yield only
+};
+
+/// One coupler, seen as a bar between the rear pin of the lead car and the front pin of the trail car.
+struct CouplerObservation {
+  double gap = 0.0;             ///< pin to pin [m]
+  double angle = 0.0;           ///< heading of the bar, from the trail car's pin to the lead car's [rad]
+  double axial_force = 0.0;     ///< along the bar, buff positive, draft negative [N]
+  double lateral_force = 0.0;   ///< across it; on the lead car along the bar's direction turned by -90 deg [N]
+  double vertical_force = 0.0;  ///< on the lead car, up positive [N]
+  double swing_lead = 0.0, swing_trail = 0.0;    ///< yaw of the bar against either car, in (-pi, pi] [rad]
+  double pitch_lead = 0.0, pitch_trail = 0.0;    ///< pitch of the bar against either car [rad]
+  double moment_lead = 0.0, moment_trail = 0.0;  ///< of the swing stop on either car, about z [N m]
+  bool broken = false;                           ///< for good: carries nothing any more
+};
+
+/// Cars in the order of the train; coupler i (from 0) joins cars i (lead) and i + 1 (trail).
+struct Observation {
+  std::vector<CarObservation> cars;
+  std::vector<CouplerObservation> couplers;
+};
+
+/// All cars as seen from above, column by column, for loops over long trains. Valid until the state changes.
+struct PlanColumns {
+  const double *x, *y;         ///< centre of mass [m]
+  const double *vx, *vy;       ///< its velocity [m/s]
+  const double* omega;         ///< yaw rate [rad/s]
+};
+
+}  // namespace train_derail::model

@@ -1,0 +1,111 @@
+// Messages are filled from the one description of what comes out, and read by it, field by field of the same name.
+#pragma once
+
+#include <cstdint>
+#include <sstream>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <ros/message_traits.h>
+#include <ros/serialization.h>
+
+#include "train_derail/fields/field.hpp"
+
+namespace train_derail::ros_face {
+
+/// Names of a message's fields in their order, constants left out: from its definition.
+template <class Message>
+std::vector<std::string> field_names() {
+  std::vector<std::string> names;
+  std::istringstream definition(::ros::message_traits::definition<Message>());
+  for (std::string line; std::getline(definition, line) && line.rfind("====", 0) != 0;) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string type, name;
+    if (!(words >> type >> name)) continue;
+    const bool constant = line.substr(0, line.find('#')).find('=') != std::string::npos;
+    if (!constant) names.push_back(name);
+  }
+  return names;
+}
+
+namespace detail {
+
+/// Takes part in the serialization of a message as a stream, and so meets its fields in the order of the definition.
+template <class Use>
+class Walker {
+ public:
+  explicit Walker(Use use) : use_(use) {}
+  template <class T>
+  void next(T& field) {
+    use_(number_++, field);
+  }
+
+ private:
+  Use use_;
+  std::size_t number_ = 0;
+};
+
+template <class Message, class Use>
+void walk(Message& message, const Use& use) {
+  Walker<Use> walker(use);
+  ::ros::serialization::Serializer<std::remove_const_t<Message>>::template allInOne<Walker<Use>, Message&>(walker,
+                                                                                                          message);
+}
+
+/// The entries in the order of the message's fields; null for a field without one.
+template <class Message, class Record>
+std::vector<const fields::Field<Record>*> match(const fields::Fields<Record>& all) {
+  std::vector<const fields::Field<Record>*> matched;
+  for (const std::string& name : field_names<Message>()) matched.push_back(all.find(name));
+  return matched;
+}
+
+inline bool assign(double& to, const fields::Value& from) { return to = fields::number(from), true; }
+inline bool assign(std::string& to, const fields::Value& from) { return to = std::get<std::string>(from), true; }
+inline bool assign(std::vector<std::string>& to, const fields::Value& from) {
+  return to = std::get<std::vector<std::string>>(from), true;
+}
+template <class T>
+bool assign(T& to, const fields::Value& from) {
+  if constexpr (std::is_integral_v<T>) return to = static_cast<T>(fields::number(from)), true;
+  else return false;
+}
+
+inline fields::Value value_of(double field, const fields::Value&) { return field; }
+inline fields::Value value_of(const std::string& field, const fields::Value&) { return field; }
+inline fields::Value value_of(const std::vector<std::string>& field, const fields::Value&) { return field; }
+template <class T>
+fields::Value value_of(const T& field, const fields::Value& kind) {
+  if constexpr (std::is_integral_v<T>) {
+    if (std::holds_alternative<bool>(kind)) return field != 0;
+    return static_cast<std::int64_t>(field);
+  } else {
+    return kind;
+  }
+}
+
+}  // namespace detail
+
+/// Sets the fields of `message` that `all` has an entry for; leaves the others alone.
+template <class Message, class Record>
+void fill(Message& message, const fields::Fields<Record>& all, const Record& record) {
+  static const auto matched = detail::match<Message>(all);
+  detail::walk(message, [&](std::size_t i, auto& field) {
+    if (matched[i] != nullptr) detail::assign(field, matched[i]->get(record));
+  });
+}
+
+/// The record that a message tells of; what follows from others, or is in no field, keeps its default.
+template <class Record, class Message>
+Record read(const Message& message, const fields::Fields<Record>& all) {
+  static const auto matched = detail::match<Message>(all);
+  Record record;
+  detail::walk(message, [&](std::size_t i, const auto& field) {
+    if (matched[i] == nullptr || !matched[i]->set) return;
+    matched[i]->set(record, detail::value_of(field, matched[i]->get(record)));
+  });
+  return record;
+}
+
+}  // namespace train_derail::ros_face
