@@ -12,7 +12,7 @@ namespace {
 class RecordedRun final : public BagOutput {
  public:
   RecordedRun(const std::string& path, files::Existing existing, const simulation::Simulation& simulation)
-      : bag_(ros_face::bag_path(path), "/train_derail", existing), stream_({}, {&bag_}) {
+      : bag_(files::OutputFile(ros_face::bag_path(path), existing), "/train_derail"), stream_({}, {&bag_}) {
     stream_.start_run(simulation, {});
   }
   ~RecordedRun() override {

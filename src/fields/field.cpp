@@ -18,7 +18,8 @@ std::string text(const Value& value, const std::vector<std::string_view>& names)
   }
   if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "1" : "0";
   if (const auto* plain = std::get_if<std::string>(&value)) return *plain;
-  if (const auto* lines = std::get_if<std::vector<std::string>>(&value)) return fmt::format("{}", fmt::join(*lines, "; "));
+  if (const auto* lines = std::get_if<std::vector<std::string>>(&value))
+    return fmt::format("{}", fmt::join(*lines, "; "));
   return fmt::format("{}", std::get<double>(value));
 }
 

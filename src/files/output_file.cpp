@@ -309,6 +309,10 @@ std::ostream& OutputFile::stream() { return *impl_->stream; }
 void OutputFile::check() { impl_->check(); }
 void OutputFile::commit() { impl_->commit(); }
 const std::string& OutputFile::path() const { return impl_->path; }
+std::string OutputFile::name_so_far() const {
+  if (impl_->target.empty()) return {};
+  return impl_->temporary.empty() ? link_of(impl_->file.get()) : impl_->temporary;
+}
 
 void write_file(const std::string& path, const std::string& text, Existing existing) {
   OutputFile file(path, existing);

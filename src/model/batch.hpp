@@ -1,5 +1,5 @@
-// Several cars side by side: batches of xsimd for the instruction set that a kernel is compiled for. The type carries the
-// set in its name, so that no inline function of one set can stand in for that of another.
+// Several cars side by side: batches of xsimd for the instruction set that a kernel is compiled for. The type carries
+// the set in its name, so that no inline function of one set can stand in for that of another.
 #pragma once
 
 #include <algorithm>

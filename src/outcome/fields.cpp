@@ -34,173 +34,224 @@ std::string by_cause(const Outcome& o) {
 bool has_impacts(const Outcome& o) { return o.impacts.count > 0; }
 bool has_broken(const Outcome& o) { return o.couplers_broken > 0; }
 bool has_blockage(const Outcome& o) { return o.blockage_force > 0.0; }
-bool rails_yield(const Outcome& o) {
-  return o.derailed_by.pod + o.derailed_by.lateral + o.derailed_by.torn_track > 0;
-}
+bool rails_yield(const Outcome& o) { return o.derailed_by.pod + o.derailed_by.lateral + o.derailed_by.torn_track > 0; }
 
 void add_counts(Fields<Outcome>& f) {
-  f.add("cars", kCars, "cars", "In the train.", [](auto& o) -> auto& { return o.cars; });
-  f.add("cars_past_pod", kCars, "cars past the point of derailment",
-        "Their centre of mass has passed the point of derailment.", [](auto& o) -> auto& { return o.cars_past_pod; })
+  f.add(
+      "cars", kCars, "cars", "In the train.", [](auto& o) -> auto& { return o.cars; });
+  f.add(
+       "cars_past_pod", kCars, "cars past the point of derailment",
+       "Their centre of mass has passed the point of derailment.", [](auto& o) -> auto& { return o.cars_past_pod; })
       .in_studies();
-  f.add("cars_off_track", kCars, "cars off the track",
-        "A truck centre has been sideways by more than outcome.off_track_threshold.",
-        [](auto& o) -> auto& { return o.cars_off_track; })
+  f.add(
+       "cars_off_track", kCars, "cars off the track",
+       "A truck centre has been sideways by more than outcome.off_track_threshold.",
+       [](auto& o) -> auto& { return o.cars_off_track; })
       .in_studies();
-  f.add("cars_derailed", kCars, "cars derailed", "A truck off the rails; where rails never yield: cars_past_pod.",
-        [](auto& o) -> auto& { return o.cars_derailed; })
+  f.add(
+       "cars_derailed", kCars, "cars derailed", "A truck off the rails; where rails never yield: cars_past_pod.",
+       [](auto& o) -> auto& { return o.cars_derailed; })
       .noting(by_cause)
       .shown_when(rails_yield)
       .in_studies();
-  f.add("derailed_by_pod", kCars, "", "Of cars_derailed, first truck off at the point of derailment; rails that yield.",
-        [](auto& o) -> auto& { return o.derailed_by.pod; });
-  f.add("derailed_by_lateral", kCars, "", "Of cars_derailed, first truck off by lateral force; rails that yield.",
-        [](auto& o) -> auto& { return o.derailed_by.lateral; });
-  f.add("derailed_by_torn_track", kCars, "",
-        "Of cars_derailed, first truck off on track torn up by another truck; rails that yield.",
-        [](auto& o) -> auto& { return o.derailed_by.torn_track; });
+  f.add(
+      "derailed_by_pod", kCars, "", "Of cars_derailed, first truck off at the point of derailment; rails that yield.",
+      [](auto& o) -> auto& { return o.derailed_by.pod; });
+  f.add(
+      "derailed_by_lateral", kCars, "", "Of cars_derailed, first truck off by lateral force; rails that yield.",
+      [](auto& o) -> auto& { return o.derailed_by.lateral; });
+  f.add(
+      "derailed_by_torn_track", kCars, "",
+      "Of cars_derailed, first truck off on track torn up by another truck; rails that yield.",
+      [](auto& o) -> auto& { return o.derailed_by.torn_track; });
 }
 
 void add_closing(Fields<Outcome>& f) {
-  f.add("closing_speed_max", kSpeed, "largest closing speed at touch",
-        "Fastest first touch of two cars' footprints: the relative speed of the two bodies there.",
-        [](auto& o) -> auto& { return o.closing_speed_max.speed; })
+  f.add(
+       "closing_speed_max", kSpeed, "largest closing speed at touch",
+       "Fastest first touch of two cars' footprints: the relative speed of the two bodies there.",
+       [](auto& o) -> auto& { return o.closing_speed_max.speed; })
       .noting(at_touch)
       .in_studies();
-  f.add("closing_speed_normal", kSpeed, "", "The part of closing_speed_max that closes the gap.",
-        [](auto& o) -> auto& { return o.closing_speed_max.normal_speed; });
-  f.add("closing_car_a", kCount, "", "Of the fastest touch, from 1; closing_car_a < closing_car_b; 0: none.",
-        [](auto& o) -> auto& { return o.closing_speed_max.car_a; });
-  f.add("closing_car_b", kCount, "", "The other car of the fastest touch.",
-        [](auto& o) -> auto& { return o.closing_speed_max.car_b; });
-  f.add("closing_time", kTime, "", "Of the fastest touch, simulated.",
-        [](auto& o) -> auto& { return o.closing_speed_max.time; });
-  f.add("closing_x", kLength, "", "Where the fastest touch was, world frame.",
-        [](auto& o) -> auto& { return o.closing_speed_max.x; });
-  f.add("closing_y", kLength, "", "Where the fastest touch was, world frame.",
-        [](auto& o) -> auto& { return o.closing_speed_max.y; });
-  f.add("touches", kCount, "", "First touches of footprints.", [](auto& o) -> auto& { return o.touches; });
-  f.add("relative_speed_max", kSpeed, "largest relative speed of car ends",
-        "Of the facing pins of two neighbouring cars whose coupler holds.",
-        [](auto& o) -> auto& { return o.relative_speed_max.speed; })
+  f.add(
+      "closing_speed_normal", kSpeed, "", "The part of closing_speed_max that closes the gap.",
+      [](auto& o) -> auto& { return o.closing_speed_max.normal_speed; });
+  f.add(
+      "closing_car_a", kCount, "", "Of the fastest touch, from 1; closing_car_a < closing_car_b; 0: none.",
+      [](auto& o) -> auto& { return o.closing_speed_max.car_a; });
+  f.add(
+      "closing_car_b", kCount, "", "The other car of the fastest touch.",
+      [](auto& o) -> auto& { return o.closing_speed_max.car_b; });
+  f.add(
+      "closing_time", kTime, "", "Of the fastest touch, simulated.",
+      [](auto& o) -> auto& { return o.closing_speed_max.time; });
+  f.add(
+      "closing_x", kLength, "", "Where the fastest touch was, world frame.",
+      [](auto& o) -> auto& { return o.closing_speed_max.x; });
+  f.add(
+      "closing_y", kLength, "", "Where the fastest touch was, world frame.",
+      [](auto& o) -> auto& { return o.closing_speed_max.y; });
+  f.add(
+      "touches", kCount, "", "First touches of footprints.", [](auto& o) -> auto& { return o.touches; });
+  f.add(
+       "relative_speed_max", kSpeed, "largest relative speed of car ends",
+       "Of the facing pins of two neighbouring cars whose coupler holds.",
+       [](auto& o) -> auto& { return o.relative_speed_max.speed; })
       .noting([](const Outcome& o) { return at_coupler(o.relative_speed_max.coupler, o.relative_speed_max.time); })
       .in_studies();
-  f.add("relative_speed_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
-        [](auto& o) -> auto& { return o.relative_speed_max.coupler; });
-  f.add("relative_speed_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.relative_speed_max.time; });
-  f.add("centre_speed_max", kSpeed, "largest relative speed of car centres",
-        "Of the centres of mass of two neighbouring cars whose coupler holds.",
-        [](auto& o) -> auto& { return o.centre_speed_max.speed; })
+  f.add(
+      "relative_speed_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
+      [](auto& o) -> auto& { return o.relative_speed_max.coupler; });
+  f.add(
+      "relative_speed_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.relative_speed_max.time; });
+  f.add(
+       "centre_speed_max", kSpeed, "largest relative speed of car centres",
+       "Of the centres of mass of two neighbouring cars whose coupler holds.",
+       [](auto& o) -> auto& { return o.centre_speed_max.speed; })
       .noting([](const Outcome& o) { return at_coupler(o.centre_speed_max.coupler, o.centre_speed_max.time); })
       .in_studies();
-  f.add("centre_speed_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
-        [](auto& o) -> auto& { return o.centre_speed_max.coupler; });
-  f.add("centre_speed_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.centre_speed_max.time; });
+  f.add(
+      "centre_speed_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
+      [](auto& o) -> auto& { return o.centre_speed_max.coupler; });
+  f.add(
+      "centre_speed_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.centre_speed_max.time; });
 }
 
 void add_couplers(Fields<Outcome>& f) {
-  f.derive("coupler_force_peak", kForce, "peak coupler force", "The larger of coupler_buff_peak and coupler_draft_peak.",
+  f.derive("coupler_force_peak", kForce, "peak coupler force",
+           "The larger of coupler_buff_peak and coupler_draft_peak.",
            [](const Outcome& o) { return o.coupler_force_peak(); })
       .in_studies();
-  f.add("coupler_buff_peak", kForce, "peak buff force", "Largest compression of any coupler, a magnitude.",
-        [](auto& o) -> auto& { return o.coupler_buff_peak.force; })
+  f.add(
+       "coupler_buff_peak", kForce, "peak buff force", "Largest compression of any coupler, a magnitude.",
+       [](auto& o) -> auto& { return o.coupler_buff_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_buff_peak.coupler, o.coupler_buff_peak.time); })
       .in_studies();
-  f.add("coupler_buff_peak_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
-        [](auto& o) -> auto& { return o.coupler_buff_peak.coupler; });
-  f.add("coupler_buff_peak_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.coupler_buff_peak.time; });
-  f.add("coupler_draft_peak", kForce, "peak draft force", "Largest tension of any coupler, a magnitude.",
-        [](auto& o) -> auto& { return o.coupler_draft_peak.force; })
+  f.add(
+      "coupler_buff_peak_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
+      [](auto& o) -> auto& { return o.coupler_buff_peak.coupler; });
+  f.add(
+      "coupler_buff_peak_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.coupler_buff_peak.time; });
+  f.add(
+       "coupler_draft_peak", kForce, "peak draft force", "Largest tension of any coupler, a magnitude.",
+       [](auto& o) -> auto& { return o.coupler_draft_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_draft_peak.coupler, o.coupler_draft_peak.time); })
       .in_studies();
-  f.add("coupler_draft_peak_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
-        [](auto& o) -> auto& { return o.coupler_draft_peak.coupler; });
-  f.add("coupler_draft_peak_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.coupler_draft_peak.time; });
-  f.add("couplers_broken", kCouplers, "couplers broken", "By draft force, swing angle or moment.",
-        [](auto& o) -> auto& { return o.couplers_broken; })
+  f.add(
+      "coupler_draft_peak_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
+      [](auto& o) -> auto& { return o.coupler_draft_peak.coupler; });
+  f.add(
+      "coupler_draft_peak_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.coupler_draft_peak.time; });
+  f.add(
+       "couplers_broken", kCouplers, "couplers broken", "By draft force, swing angle or moment.",
+       [](auto& o) -> auto& { return o.couplers_broken; })
       .shown_when(has_broken)
       .in_studies();
-  f.add("impacts", kImpacts, "impacts of car bodies",
-        "At 1 mph and more; 0 where bodies pass through each other.", [](auto& o) -> auto& { return o.impacts.count; })
+  f.add(
+       "impacts", kImpacts, "impacts of car bodies", "At 1 mph and more; 0 where bodies pass through each other.",
+       [](auto& o) -> auto& { return o.impacts.count; })
       .shown_when(has_impacts)
       .in_studies();
-  f.add("impact_speed_max", kSpeed, "largest normal closing speed of an impact", "The part that closes the gap.",
-        [](auto& o) -> auto& { return o.impacts.closing_normal_max; })
+  f.add(
+       "impact_speed_max", kSpeed, "largest normal closing speed of an impact", "The part that closes the gap.",
+       [](auto& o) -> auto& { return o.impacts.closing_normal_max; })
       .shown_when(has_impacts)
       .in_studies();
-  f.add("impact_force_peak", kForce, "peak force of an impact", "Normal, a magnitude.",
-        [](auto& o) -> auto& { return o.impacts.peak_force; })
+  f.add(
+       "impact_force_peak", kForce, "peak force of an impact", "Normal, a magnitude.",
+       [](auto& o) -> auto& { return o.impacts.peak_force; })
       .shown_when(has_impacts)
       .in_studies();
-  f.add("impact_impulse_max", kImpulse, "largest impulse of an impact", "Of the normal force, a magnitude.",
-        [](auto& o) -> auto& { return o.impacts.impulse_max; })
+  f.add(
+       "impact_impulse_max", kImpulse, "largest impulse of an impact", "Of the normal force, a magnitude.",
+       [](auto& o) -> auto& { return o.impacts.impulse_max; })
       .shown_when(has_impacts);
-  f.add("blockage_force", kForce, "mean blockage force",
-        "Mean buff force on the foremost car on the rails behind the derailed ones, while their coupler holds.",
-        [](auto& o) -> auto& { return o.blockage_force; })
+  f.add(
+       "blockage_force", kForce, "mean blockage force",
+       "Mean buff force on the foremost car on the rails behind the derailed ones, while their coupler holds.",
+       [](auto& o) -> auto& { return o.blockage_force; })
       .shown_when(has_blockage)
       .in_studies();
 }
 
 void add_pile_up(Fields<Outcome>& f) {
-  f.add("pile_up_length", kLength, "pile-up length", "Footprints of the cars derailed or off the track, along it.",
-        [](auto& o) -> auto& { return o.pile_up.length; })
+  f.add(
+       "pile_up_length", kLength, "pile-up length", "Footprints of the cars derailed or off the track, along it.",
+       [](auto& o) -> auto& { return o.pile_up.length; })
       .in_studies();
-  f.add("pile_up_width", kLength, "pile-up width", "The same, across the track.",
-        [](auto& o) -> auto& { return o.pile_up.width; })
+  f.add(
+       "pile_up_width", kLength, "pile-up width", "The same, across the track.",
+       [](auto& o) -> auto& { return o.pile_up.width; })
       .in_studies();
-  f.add("pile_up_area", kArea, "area of the site", "Convex hull of the footprints.",
-        [](auto& o) -> auto& { return o.pile_up.area; })
+  f.add(
+       "pile_up_area", kArea, "area of the site", "Convex hull of the footprints.",
+       [](auto& o) -> auto& { return o.pile_up.area; })
       .in_studies();
-  f.add("main_pile_cars", kCars, "cars in the largest heap",
-        "Cars turned by more than 30 degrees, no more than 15 m of track between them.",
-        [](auto& o) -> auto& { return o.pile_up.main_cars; })
+  f.add(
+       "main_pile_cars", kCars, "cars in the largest heap",
+       "Cars turned by more than 30 degrees, no more than 15 m of track between them.",
+       [](auto& o) -> auto& { return o.pile_up.main_cars; })
       .in_studies();
-  f.add("main_pile_length", kLength, "length of the largest heap", "Along the track.",
-        [](auto& o) -> auto& { return o.pile_up.main_length; })
+  f.add(
+       "main_pile_length", kLength, "length of the largest heap", "Along the track.",
+       [](auto& o) -> auto& { return o.pile_up.main_length; })
       .in_studies();
-  f.add("cars_across", kCars, "cars at more than 60 degrees", "Of the pile-up, to the track.",
-        [](auto& o) -> auto& { return o.pile_up.cars_across; })
+  f.add(
+       "cars_across", kCars, "cars at more than 60 degrees", "Of the pile-up, to the track.",
+       [](auto& o) -> auto& { return o.pile_up.cars_across; })
       .in_studies();
-  f.add("groups", kGroups, "separate groups of derailed cars", "Of the pile-up, next to each other in the train.",
-        [](auto& o) -> auto& { return o.pile_up.groups; })
+  f.add(
+       "groups", kGroups, "separate groups of derailed cars", "Of the pile-up, next to each other in the train.",
+       [](auto& o) -> auto& { return o.pile_up.groups; })
       .in_studies();
 }
 
 void add_energy(Fields<Outcome>& f) {
-  f.add("energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy.",
-        [](auto& o) -> auto& { return o.energy_initial; });
+  f.add(
+      "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy.",
+      [](auto& o) -> auto& { return o.energy_initial; });
   for (const model::EnergyTerm& t : model::kEnergyTerms) {
-    f.add(t.name, kEnergy, t.title, t.meaning, [term = t.term](auto& o) -> auto& { return o.energy.*term; })
+    f.add(
+         t.name, kEnergy, t.title, t.meaning, [term = t.term](auto& o) -> auto& { return o.energy.*term; })
         .shown_when([term = t.term](const Outcome& o) { return o.energy.*term != 0.0; });
   }
-  f.add("energy_residual", kRatio, "energy unaccounted for",
-        "|energies and works summed - energy_initial| / energy_initial, or / what a grade has given a train that stood.",
-        [](auto& o) -> auto& { return o.energy_residual; })
+  f.add(
+       "energy_residual", kRatio, "energy unaccounted for",
+       "|energies and works summed - energy_initial| / energy_initial, or / what a grade has given a train that stood.",
+       [](auto& o) -> auto& { return o.energy_residual; })
       .in_studies();
 }
 
 void add_run(Fields<Outcome>& f) {
-  f.add("stop_time", kTime, "simulated time", "Simulated time at the end, or so far.",
-        [](auto& o) -> auto& { return o.stop_time; })
+  f.add(
+       "stop_time", kTime, "simulated time", "Simulated time at the end, or so far.",
+       [](auto& o) -> auto& { return o.stop_time; })
       .in_studies();
-  f.add("ended", kNoUnit, "ended", "Why the run ended.", [](auto& o) -> auto& { return o.ended; })
+  f.add(
+       "ended", kNoUnit, "ended", "Why the run ended.", [](auto& o) -> auto& { return o.ended; })
       .named({kEndedNames.begin(), kEndedNames.end()})
       .noting([](const Outcome& o) { return o.message; });
-  f.add("message", kNoUnit, "", "Why the integration failed; empty otherwise.",
-        [](auto& o) -> auto& { return o.message; });
-  f.add("warnings", kNoUnit, "", "What should be looked at before the numbers are believed; one line each.",
-        [](auto& o) -> auto& { return o.warnings; });
-  f.add("steps", kCount, "steps", "Of the integrator, accepted.", [](auto& o) -> auto& { return o.solver.steps; });
-  f.add("rejected_steps", kCount, "rejected steps", "Of the integrator.",
-        [](auto& o) -> auto& { return o.solver.rejected_steps; });
-  f.add("rhs_evaluations", kCount, "right-hand sides", "Evaluations of the equations of motion.",
-        [](auto& o) -> auto& { return o.solver.rhs_evaluations; });
-  f.add("jacobian_evaluations", kCount, "Jacobians", "Evaluations, implicit methods.",
-        [](auto& o) -> auto& { return o.solver.jacobian_evaluations; })
+  f.add(
+      "message", kNoUnit, "", "Why the integration failed; empty otherwise.",
+      [](auto& o) -> auto& { return o.message; });
+  f.add(
+      "warnings", kNoUnit, "", "What should be looked at before the numbers are believed; one line each.",
+      [](auto& o) -> auto& { return o.warnings; });
+  f.add(
+      "steps", kCount, "steps", "Of the integrator, accepted.", [](auto& o) -> auto& { return o.solver.steps; });
+  f.add(
+      "rejected_steps", kCount, "rejected steps", "Of the integrator.",
+      [](auto& o) -> auto& { return o.solver.rejected_steps; });
+  f.add(
+      "rhs_evaluations", kCount, "right-hand sides", "Evaluations of the equations of motion.",
+      [](auto& o) -> auto& { return o.solver.rhs_evaluations; });
+  f.add(
+       "jacobian_evaluations", kCount, "Jacobians", "Evaluations, implicit methods.",
+       [](auto& o) -> auto& { return o.solver.jacobian_evaluations; })
       .shown_when([](const Outcome& o) { return o.solver.jacobian_evaluations > 0; });
-  f.add("wall_time", kTime, "computing time", "Spent in integrating and monitoring.",
-        [](auto& o) -> auto& { return o.wall_time; });
+  f.add(
+      "wall_time", kTime, "computing time", "Spent in integrating and monitoring.",
+      [](auto& o) -> auto& { return o.wall_time; });
 }
 
 }  // namespace

@@ -20,6 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr char kNoFile[] = ": is not a file; a bag needs one";
+
 std::string active(const std::string& path) { return path + ".active"; }
 
 }  // namespace
@@ -34,13 +36,18 @@ std::string bag_path(const std::string& bag) {
   return path;
 }
 
-BagRecorder::BagRecorder(std::string path, std::string node, files::Existing existing)
-    : path_(std::move(path)), node_(std::move(node)), existing_(existing), bag_(std::make_unique<rosbag::Bag>()) {
+BagRecorder::BagRecorder(files::OutputFile file, std::string node)
+    : path_(file.path()), node_(std::move(node)), file_(std::move(file)) {
+  const std::string name = file_->name_so_far();
+  if (name.empty()) throw std::runtime_error(path_ + kNoFile);
+  begin(name);
+}
+
+BagRecorder::BagRecorder(std::string path, std::string node) : path_(std::move(path)), node_(std::move(node)) {
   struct stat status;
   if (stat(path_.c_str(), &status) == 0) {
-    if (!S_ISREG(status.st_mode)) throw std::runtime_error(path_ + ": is not a file; a bag needs one");
-    if (existing_ == files::Existing::refuse)
-      throw files::ExistsError(path_ + ": exists already and is not overwritten");
+    if (!S_ISREG(status.st_mode)) throw std::runtime_error(path_ + kNoFile);
+    throw files::ExistsError(path_ + ": exists already and is not overwritten");
   }
   const std::string name = active(path_);
   lock_ = open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -56,11 +63,16 @@ BagRecorder::BagRecorder(std::string path, std::string node, files::Existing exi
     unlock();
     throw std::runtime_error(name + ": another process has just finished it");
   }
-  if (there && existing_ == files::Existing::refuse) {
+  if (there) {
     unlock();
     throw files::ExistsError(name +
                              ": exists already, from a recording that was cut off; `rosbag reindex` makes it whole");
   }
+  begin(name);
+}
+
+void BagRecorder::begin(const std::string& name) {
+  bag_ = std::make_unique<rosbag::Bag>();
   try {
     bag_->open(name, rosbag::bagmode::Write);
     bag_->setCompression(rosbag::compression::LZ4);
@@ -80,9 +92,13 @@ void BagRecorder::close() {
   try {
     bag_->close();
     bag_.reset();
-    if (fsync(lock_) != 0) throw std::runtime_error(std::strerror(errno));
-    files::move_into_place(active(path_), path_, existing_);
-    unlock();
+    if (file_) {
+      file_->commit();
+    } else {
+      if (fsync(lock_) != 0) throw std::runtime_error(std::strerror(errno));
+      files::move_into_place(active(path_), path_, files::Existing::refuse);
+      unlock();
+    }
   } catch (const std::exception& e) {
     fail(e.what());
   }
@@ -95,12 +111,12 @@ void BagRecorder::discard() {
   } catch (const std::exception& e) {
     fail(e.what());
   }
-  unlink(active(path_).c_str());
-  unlock();
+  file_.reset();
 }
 
 void BagRecorder::fail(const std::string& what) {
-  error_ = path_ + ": could not be written whole: " + what + "; what there is: " + active(path_);
+  error_ = path_ + ": could not be written whole: " + what;
+  if (!file_) error_ += "; what there is: " + active(path_);
   // The destructor of a bag that cannot be closed would throw, and end the process: it is left open instead.
   static_cast<void>(bag_.release());
 }

@@ -30,10 +30,10 @@ using Value = std::variant<double, std::int64_t, bool, std::string, std::vector<
 /// One entry: a member of Record, or something that follows from it.
 template <class Record>
 struct Field {
-  std::string_view name;     ///< in JSON, CSV, studies and messages
-  Unit unit;                 //
-  std::string_view title;    ///< for tables; "" if the value has no row of its own
-  std::string_view meaning;  ///< one sentence
+  std::string_view name;                ///< in JSON, CSV, studies and messages
+  Unit unit;                            //
+  std::string_view title;               ///< for tables; "" if the value has no row of its own
+  std::string_view meaning;             ///< one sentence
   std::vector<std::string_view> names;  ///< of a choice: what its values are called, in order; else empty
 
   std::function<Value(const Record&)> get;
@@ -118,7 +118,8 @@ class Fields {
   }
   template <class T>
   static T from_value(const Value& value) {
-    if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) return static_cast<T>(std::get<std::int64_t>(value));
+    if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>)
+      return static_cast<T>(std::get<std::int64_t>(value));
     else if constexpr (std::is_enum_v<T>) return static_cast<T>(std::get<std::int64_t>(value));
     else return std::get<T>(value);
   }

@@ -42,6 +42,9 @@ class OutputFile {
   /// Flushes, syncs to the disk, and gives it its name. Throws ExistsError if somebody else has taken the name
   /// meanwhile.
   void commit();
+  /// For a library that opens files by name: what it writes there, and has closed before commit(), is the file. Not
+  /// together with stream(). Empty for what is written as it comes.
+  std::string name_so_far() const;
 
   const std::string& path() const;
 

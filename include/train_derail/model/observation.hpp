@@ -1,5 +1,5 @@
-// What can be seen of a train at one moment, whatever model moves it. Everybody outside of model/ reads this and nothing of
-// a state's layout. Models of the plane leave heights, vertical forces, roll and pitch at zero.
+// What can be seen of a train at one moment, whatever model moves it. Everybody outside of model/ reads this and
+// nothing of a state's layout. Models of the plane leave heights, vertical forces, roll and pitch at zero.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace train_derail::model {
 
 /// Where a truck centre is, seen from the track.
 struct TruckPlace {
-  double s = 0.0;       ///< arc length along the centre line from the point of derailment, in the direction of travel [m]
+  double s = 0.0;  ///< arc length along the centre line from the point of derailment, in the direction of travel [m]
   double offset = 0.0;  ///< from the centre line, left positive [m]
   double height = 0.0;  ///< above the top of the rails [m]
   double load = 0.0;    ///< vertical force that it carries [N]
@@ -19,11 +19,12 @@ struct TruckPlace {
 
 /// One car. World frame: x forward along the track at the point of derailment, y left, z up; angles by the right hand.
 struct CarObservation {
-  double x = 0.0, y = 0.0, z = 0.0;              ///< centre of mass [m]
-  double qx = 0.0, qy = 0.0, qz = 0.0, qw = 1.0;  ///< orientation as a unit quaternion; at (0, 0, 0, 1) it heads along +x
-  double theta = 0.0;                            ///< heading, yaw against +x, not wrapped [rad]
-  double vx = 0.0, vy = 0.0, vz = 0.0;           ///< velocity of the centre of mass [m/s]
-  double wx = 0.0, wy = 0.0, omega = 0.0;        ///< angular velocity; omega about z [rad/s]
+  double x = 0.0, y = 0.0, z = 0.0;  ///< centre of mass [m]
+  double qx = 0.0, qy = 0.0, qz = 0.0,
+         qw = 1.0;                         ///< orientation as a unit quaternion; at (0, 0, 0, 1) it heads along +x
+  double theta = 0.0;                      ///< heading, yaw against +x, not wrapped [rad]
+  double vx = 0.0, vy = 0.0, vz = 0.0;     ///< velocity of the centre of mass [m/s]
+  double wx = 0.0, wy = 0.0, omega = 0.0;  ///< angular velocity; omega about z [rad/s]
   TruckPlace front_truck, rear_truck;
   bool past_pod = false;      ///< the centre of mass has passed the point of derailment
   bool derailed = false;      ///< a truck is off the rails; where rails never yield: past_pod
@@ -51,9 +52,9 @@ struct Observation {
 
 /// All cars as seen from above, column by column, for loops over long trains. Valid until the state changes.
 struct PlanColumns {
-  const double *x, *y;         ///< centre of mass [m]
-  const double *vx, *vy;       ///< its velocity [m/s]
-  const double* omega;         ///< yaw rate [rad/s]
+  const double *x, *y;    ///< centre of mass [m]
+  const double *vx, *vy;  ///< its velocity [m/s]
+  const double* omega;    ///< yaw rate [rad/s]
 };
 
 }  // namespace train_derail::model

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <rosbag/bag.h>
@@ -12,20 +13,21 @@
 
 namespace train_derail::ros_face {
 
-/// Writes PATH.active, which becomes PATH when it is closed and is locked till then. All topics but /clock, which
-/// `rosbag play --clock` makes; received at their stamps, latched as the node latches them. A disk that is full ends
-/// the recording, not the run.
-///
-/// Nothing that exists is written over, PATH or PATH.active: after a kill `rosbag reindex` makes the latter whole.
+/// All topics but /clock, which `rosbag play --clock` makes; received at their stamps, latched as the node latches
+/// them. A disk that is full ends the recording, not the run.
 class BagRecorder : public MessageSink {
  public:
-  /// `node`: name of the node whose topics these are, e.g. "/train_derail". Throws std::runtime_error that names the
-  /// file if it cannot be opened or is being recorded by another process, files::ExistsError.
-  BagRecorder(std::string path, std::string node, files::Existing existing = files::Existing::refuse);
+  /// What happens only once: writes PATH.active, which becomes PATH when it is closed and is locked till then. Nothing
+  /// that exists is written over, PATH or PATH.active: after a kill `rosbag reindex` makes the latter whole. `node`:
+  /// name of the node whose topics these are, e.g. "/train_derail". Throws std::runtime_error that names the file if it
+  /// cannot be opened or is being recorded by another process, files::ExistsError.
+  BagRecorder(std::string path, std::string node);
+  /// What can be had again: whole or not there, a kill leaves nothing. Throws std::runtime_error.
+  BagRecorder(files::OutputFile file, std::string node);
   ~BagRecorder() override { close(); }
   /// Makes the bag whole. Afterwards error() says whether it is.
   void close();
-  /// Removes what has been recorded. Not after close().
+  /// Gives up a recording into an OutputFile. Not after close().
   void discard();
   /// What has gone wrong first, with the file; empty if nothing. Nothing more is written then.
   const std::string& error() const { return error_; }
@@ -45,6 +47,7 @@ class BagRecorder : public MessageSink {
   bool wants_markers() const override { return true; }
 
  private:
+  void begin(const std::string& name);
   void fail(const std::string& what);
   template <class Message>
   void write(const std::string& topic, const Message& message, const ::ros::Time& stamp, bool latch = true);
@@ -52,8 +55,8 @@ class BagRecorder : public MessageSink {
   void unlock();
 
   const std::string path_, node_;
-  const files::Existing existing_;
-  int lock_ = -1;                     // descriptor of PATH.active
+  std::optional<files::OutputFile> file_;
+  int lock_ = -1;                     // descriptor of PATH.active, without a file_
   std::unique_ptr<rosbag::Bag> bag_;  // none once closed
   std::string error_;
   ::ros::Time now_;                                                        // stamp of the last grid point

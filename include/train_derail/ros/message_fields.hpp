@@ -50,7 +50,7 @@ template <class Message, class Use>
 void walk(Message& message, const Use& use) {
   Walker<Use> walker(use);
   ::ros::serialization::Serializer<std::remove_const_t<Message>>::template allInOne<Walker<Use>, Message&>(walker,
-                                                                                                          message);
+                                                                                                           message);
 }
 
 /// The entries in the order of the message's fields; null for a field without one.
