@@ -3,7 +3,6 @@
 
   accident_table.py run            Markdown: every accident of docs/data/accidents.csv against an ensemble
   accident_table.py study DIR ...  Markdown: medians of the studies in DIR (derail study), a row a point
-  accident_table.py parts FILE     copies the parts of the scenario FILE into every config/accidents/*.yaml
 
 --fill PAGE writes what the command prints between `<!-- begin: COMMAND ... -->` and `<!-- end -->` of a page of docs.
 Exit codes: 0 done, 1 a run failed, 2 something is wrong with a file.
@@ -11,7 +10,6 @@ Exit codes: 0 done, 1 a run failed, 2 something is wrong with a file.
 
 import argparse
 import csv
-import glob
 import json
 import os
 import re
@@ -24,8 +22,6 @@ import yaml
 ROOT = os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir)
 ACCIDENTS = os.path.join(ROOT, 'config', 'accidents')
 FOOT = 0.3048
-MARK = '# Parts, as config/accident.yaml:'
-GROUPS = ('coupler', 'ground', 'rails', 'brakes', 'contact', 'outcome', 'solver')
 
 
 class WrongFile(Exception):
@@ -126,32 +122,7 @@ def written(text, column):
     return 'none' if number == float('inf') else f'{number:.6g} {column["shown_unit"]}'.strip()
 
 
-def parts(arguments):
-    """The lines that hold the parts of a scenario, without comments."""
-    with open(arguments.what[0], encoding='utf-8') as file:
-        source = yaml.safe_load(file)
-    initial = source['initial']
-    sizes = ', '.join(f'{k}: {v}' for k, v in initial['perturbation'].items())
-    motion = f'  {MARK}\n  yaw_rate: {initial["yaw_rate"]}\n  perturbation: {{{sizes}}}\n'
-    for path in sorted(glob.glob(os.path.join(ACCIDENTS, '*.yaml'))):
-        with open(path, encoding='utf-8') as file:
-            text = file.read()
-        own = re.search(r'^  emergency_time:.*\n', text, re.M)  # of the accident
-        text, found = re.subn(rf'^  {re.escape(MARK)}\n(  .*\n)*', lambda _: motion, text, flags=re.M)
-        at = text.find('\n' + MARK)
-        if found != 1 or at < 0:
-            raise WrongFile(f'{path}: no lines "{MARK}"')
-        groups = []
-        for group in GROUPS:
-            keys = {k: v for k, v in source.get(group, {}).items() if k != 'emergency_time'}
-            lines = ''.join(f'  {k}: {".inf" if v == float("inf") else v}\n' for k, v in keys.items())
-            groups.append(f'{group}:\n{lines}' + (own[0] if own and group == 'brakes' else ''))
-        with open(path, 'w', encoding='utf-8') as file:
-            file.write(text[:at + 1] + MARK + '\n' + '\n'.join(groups))
-    return ''
-
-
-COMMANDS = {f.__name__: f for f in (run, study, parts)}
+COMMANDS = {f.__name__: f for f in (run, study)}
 
 
 def main():
@@ -165,7 +136,7 @@ def main():
     p.add_argument('--fill', metavar='PAGE', help='to write into; its mark has the command and the folders')
     arguments = p.parse_args()
     if (arguments.command == 'run') != (not arguments.what):
-        p.error('run takes no files, study and parts need them')
+        p.error('run takes no files, study needs them')
     try:
         text = COMMANDS[arguments.command](arguments)
         if not arguments.fill:

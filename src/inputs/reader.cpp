@@ -4,10 +4,17 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <iterator>
+#include <set>
 #include <system_error>
+
+#include <fmt/ranges.h>
 
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -109,15 +116,90 @@ Override parse_override(std::string_view text) {
   return {trim(text.substr(0, equals)), trim(text.substr(equals + 1))};
 }
 
+namespace {
+
+/// Puts what `over` has into `under`, and notes where it comes from.
+void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefix, const std::string& source,
+              std::map<std::string, std::string>& sources) {
+  std::set<std::string> seen;
+  for (const auto& item : over) {
+    const std::string name = written(item.first), key = prefix.empty() ? name : prefix + "." + name;
+    if (!seen.insert(name).second) {
+      throw InputError(located(source, item.first.Mark()), key, written(item.second), "key given twice", "once");
+    }
+    if (prefix.empty() && name == "base") continue;
+    const YAML::Node below = static_cast<const YAML::Node&>(under)[name];
+    if (below && below.IsMap() && item.second.IsMap()) {
+      lay_over(below, item.second, key, source, sources);
+      continue;
+    }
+    under.remove(name);
+    under.force_insert(item.first, item.second);  // with its line number
+    for (auto s = sources.lower_bound(key); s != sources.end() && s->first.compare(0, key.size(), key) == 0;) {
+      const bool inside = s->first.size() == key.size() || s->first[key.size()] == '.' || s->first[key.size()] == '[';
+      s = inside ? sources.erase(s) : std::next(s);
+    }
+    sources[key] = source;
+  }
+}
+
+/// `chain`: the files that have led here, resolved.
+Layers layers_of(const YAML::Node& tree, const std::string& source, const std::string& folder,
+                 const std::function<void(const std::string&)>& before_reading, std::vector<std::string> chain) {
+  namespace fs = std::filesystem;
+  const YAML::Node base = tree.IsMap() ? tree["base"] : YAML::Node(YAML::NodeType::Undefined);
+  if (!base) return {tree, {}};
+  const auto refuse = [&](const std::string& problem, const std::string& allowed) {
+    throw InputError(located(source, base.Mark()), "base", written(base), problem, allowed);
+  };
+  if (!base.IsScalar() || base.Scalar().empty())
+    refuse("not the name of a file", "a scenario file, relative to this one");
+  const std::string path = (fs::path(folder) / base.Scalar()).lexically_normal().string();
+  std::error_code ignored;
+  const std::string resolved = fs::weakly_canonical(path, ignored).string();
+  if (std::find(chain.begin(), chain.end(), resolved) != chain.end()) {
+    refuse(fmt::format("leads back to itself: {} -> {}", fmt::join(chain, " -> "), resolved), "a file that does not");
+  }
+  chain.push_back(resolved);
+  if (chain.size() > kBasesMax + 1) {
+    refuse(fmt::format("too many bases: {}", fmt::join(chain, " -> ")), fmt::format("at most {}", kBasesMax));
+  }
+  if (before_reading) before_reading(path);
+  YAML::Node below;
+  try {
+    below = load_file(path);
+  } catch (const InputError& e) {
+    throw InputError(e.where(), e.key(), e.value(), fmt::format("{} (base of {})", e.problem(), source), e.allowed());
+  }
+  if (!below.IsMap()) refuse("not a scenario: no group of keys", "a scenario file, relative to this one");
+  Layers all = layers_of(below, path, fs::path(path).parent_path().string(), before_reading, chain);
+  all.sources.try_emplace("", path);
+  lay_over(all.tree, tree, "", source, all.sources);
+  return all;
+}
+
+}  // namespace
+
+Layers layers(const YAML::Node& tree, const std::string& source, const std::string& folder,
+              const std::function<void(const std::string&)>& before_reading) {
+  std::error_code ignored;
+  return layers_of(tree, source, folder, before_reading, {std::filesystem::weakly_canonical(source, ignored).string()});
+}
+
 Scenario read_scenario(const YAML::Node& tree, const std::string& source, const std::vector<Override>& overrides) {
-  YAML::Node root = YAML::Clone(tree);
+  return read_scenario(layers(tree, source, std::filesystem::path(source).parent_path().string()), source, overrides);
+}
+
+Scenario read_scenario(const Layers& layers, const std::string& source, const std::vector<Override>& overrides) {
+  // A copy has no line numbers any more.
+  YAML::Node root = overrides.empty() ? layers.tree : YAML::Clone(layers.tree);
   if (!overrides.empty() && !root.IsMap())
     throw InputError(source, "", written(root), "not a group of keys", "key: value lines");
   for (const Override& o : overrides) apply(root, o);
 
   Places places;
   Scenario scenario;
-  TreeReader reader(overrides.empty() ? tree : root, "", source, overrides, places);
+  TreeReader reader(root, "", source, overrides, places, layers.sources);
   describe(reader, scenario);
   reader.finish();
   try {

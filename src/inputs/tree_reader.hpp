@@ -41,13 +41,15 @@ inline std::string written(const YAML::Node& node) {
 /// Visitor of a description (schema.hpp) that fills values from a YAML map and says exactly what is wrong in it.
 class TreeReader {
  public:
+  /// `sources`: as in Layers, for keys that come from elsewhere than `source`.
   TreeReader(YAML::Node node, std::string prefix, std::string source, const std::vector<Override>& overrides,
-             Places& places)
+             Places& places, std::map<std::string, std::string> sources = {})
       : node_(std::move(node)),
         prefix_(std::move(prefix)),
         source_(std::move(source)),
         overrides_(overrides),
-        places_(places) {
+        places_(places),
+        sources_(std::move(sources)) {
     const std::string here = prefix_.empty() ? "" : prefix_.substr(0, prefix_.size() - 1);
     if (!node_.IsMap())
       throw InputError(where(here, node_), here, written(node_), "not a group of keys", "key: value lines");
@@ -159,7 +161,7 @@ class TreeReader {
  private:
   template <class G, class F>
   void read_child(const YAML::Node& node, const std::string& source, const std::string& path, G& g, F describe_it) {
-    TreeReader child(node, path + ".", source, overrides_, places_);
+    TreeReader child(node, path + ".", source, overrides_, places_, sources_);
     describe_it(child, g);
     child.finish();
   }
@@ -168,7 +170,19 @@ class TreeReader {
     for (const Override& o : overrides_) {
       if (path.compare(0, o.key.size(), o.key) == 0) return "override";
     }
-    return located(source_, node.Mark());
+    return located(source_of(path), node.Mark());
+  }
+
+  /// Of the nearest key around it that is known to come from elsewhere.
+  const std::string& source_of(std::string path) const {
+    if (sources_.empty()) return source_;
+    for (;;) {
+      const auto found = sources_.find(path);
+      if (found != sources_.end()) return found->second;
+      if (path.empty()) return source_;
+      const auto end = path.find_last_of(".[");
+      path.erase(end == std::string::npos ? 0 : end);
+    }
   }
 
   YAML::Node find(const char* key, bool required, const std::string& allowed) {
@@ -220,6 +234,7 @@ class TreeReader {
   const std::string prefix_, source_;
   const std::vector<Override>& overrides_;
   Places& places_;
+  const std::map<std::string, std::string> sources_;
   std::set<std::string> asked_;
 };
 

@@ -1,6 +1,7 @@
 #include "train_derail/ros/parameters.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
 #include <fmt/format.h>
 #include <ros/param.h>
@@ -73,6 +74,7 @@ NodeParameters read_node_parameters(const XmlRpcValue& tree, const std::string& 
   p.overload_threshold = reader.number("overload_threshold", "1", p.overload_threshold, 0.01, 1.0);
   p.diagnostics_period = reader.number("diagnostics_period", "s", p.diagnostics_period, 0.05, 60.0);
   reader.find("scenario");
+  reader.find("scenario_file");
   reader.find("checked");  // by sim.launch: what derail check says of it
   reader.find("speed");
   reader.find("set");
@@ -91,6 +93,7 @@ ScenarioSource read_scenario_source(const XmlRpcValue& tree, const std::string& 
         source.name, "", "", "parameter not set",
         "a scenario, loaded by roslaunch train_derail sim.launch or `rosparam load FILE " + source.name + "`");
   }
+  source.folder = std::filesystem::path(reader.text("scenario_file", "")).parent_path().string();
   source.tree = std::make_shared<const YAML::Node>(to_yaml_tree(*scenario, source.name));
   if (const std::string speed = reader.text("speed", ""); !speed.empty()) {
     source.add_overrides({"initial.speed=" + speed});
@@ -113,7 +116,16 @@ XmlRpcValue fetch_parameters(const std::string& node_name) {
   return tree;
 }
 
-inputs::Scenario ScenarioSource::read() const { return inputs::read_scenario(YAML::Clone(*tree), name, overrides); }
+inputs::Scenario ScenarioSource::read() const {
+  if (tree->IsMap() && folder.empty()) {
+    const YAML::Node base = (*tree)["base"];
+    if (base && base.IsScalar() && std::filesystem::path(base.Scalar()).is_relative()) {
+      throw InputError(name, "base", base.Scalar(), "relative, and the parameter scenario_file does not say to what",
+                       "an absolute path");
+    }
+  }
+  return inputs::read_scenario(inputs::layers(YAML::Clone(*tree), name, folder), name, overrides);
+}
 
 void ScenarioSource::add_overrides(const std::vector<std::string>& texts) {
   for (const std::string& text : texts) {

@@ -125,7 +125,9 @@ study::Study read_within(const RunStudyGoal& goal, const FileBounds& bounds) {
   const YAML::Node tree = is_text ? inputs::load_text(goal.text, file) : inputs::load_file(file);
   if (tree.IsMap() && tree["scenario"] && tree["scenario"].IsScalar() && !tree["scenario"].Scalar().empty()) {
     const std::string base = (fs::path(file).parent_path() / tree["scenario"].Scalar()).string();
-    bounds.readable(file, "scenario", base);
+    const std::string scenario = bounds.readable(file, "scenario", base);
+    inputs::layers(inputs::load_file(scenario), scenario, fs::path(scenario).parent_path().string(),
+                   [&](const std::string& below) { bounds.readable(scenario, "base", below); });
   }
   return is_text ? study::read_study_text(goal.text, file) : study::read_study_file(file);
 }

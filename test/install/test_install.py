@@ -130,10 +130,11 @@ class InstallTest(unittest.TestCase):
         if ROS:
             self.assertEqual(self.consume('catkin', '-march=native', catkin=True), plain)
 
-    @unittest.skipIf(ROS, "catkin writes a file of its own, for programs within its environment")
     def test_pkg_config(self):
-        pkg_config = {'PKG_CONFIG_PATH': os.path.dirname(self.find('train_derail.pc'))}
-        options = self.run_well('sh', '-c', 'eval "printf \'%s\\n\' $(pkg-config --cflags --libs train_derail)"', env=plain_environment(**pkg_config)).splitlines()
+        # catkin has a file of the package's own name, for programs within its environment.
+        package = 'train_derail-core' if ROS else 'train_derail'
+        pkg_config = {'PKG_CONFIG_PATH': os.path.dirname(self.find(package + '.pc'))}
+        options = self.run_well('sh', '-c', 'eval "printf \'%%s\\n\' $(pkg-config --cflags --libs %s)"' % package, env=plain_environment(**pkg_config)).splitlines()
         program = os.path.join(self.folder, 'by_pkg_config')
         self.run_well('c++', '-std=c++17', os.path.join(CONSUMER, 'consumer.cpp'), '-o', program, *options)
         library = os.path.dirname(self.find('libtrain_derail.so'))

@@ -33,6 +33,7 @@ struct ScenarioSource {
   /// Shared and never changed: assigning to a YAML::Node would write through to every copy of it.
   std::shared_ptr<const YAML::Node> tree;
   std::string name;                         // for errors
+  std::string folder;                       // where a relative `base` of the scenario starts; "" if that is not known
   std::vector<inputs::Override> overrides;  // later ones win
 
   inputs::Scenario read() const;
