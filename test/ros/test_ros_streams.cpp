@@ -140,8 +140,8 @@ TEST_F(Streams, TransformsAreThePosesOfTheCars) {
     if (m.transforms[0].header.stamp != state.header.stamp) continue;
     for (std::size_t k = 0; k < state.cars.size(); ++k) {
       const auto& t = m.transforms[k].transform;
-      EXPECT_EQ(t.translation.x, state.cars[k].x);
-      EXPECT_EQ(t.translation.y, state.cars[k].y);
+      EXPECT_EQ(t.translation.x, state.cars[k].pose.position.x);
+      EXPECT_EQ(t.translation.y, state.cars[k].pose.position.y);
       EXPECT_NEAR(std::remainder(2.0 * std::atan2(t.rotation.z, t.rotation.w) - state.cars[k].theta, 2.0 * M_PI), 0.0,
                   1e-12);
     }
@@ -157,7 +157,7 @@ TEST_F(Streams, LateListenerFindsTheTreeOfARunThatStandsStill) {
     EXPECT_TRUE(wait_for([&] { return buffer.canTransform("map", frame, ros::Time(0)); })) << frame;
   }
   const auto t = buffer.lookupTransform("map", "car_012", ros::Time(0));
-  EXPECT_EQ(t.transform.translation.x, cars->last().cars[11].x);
+  EXPECT_EQ(t.transform.translation.x, cars->last().cars[11].pose.position.x);
   Record<rosgraph_msgs::Clock> late("/clock");
   EXPECT_TRUE(wait_for([&] { return !late.empty() && late.last().clock >= cars->last().header.stamp; }));
 }
