@@ -69,10 +69,11 @@ def main():
     parser.add_argument('file')
     parser.add_argument('--moments', type=int, default=100)
     parser.add_argument('--folder', help='where the bags are written and removed; default: that of temporary files')
-    parser.add_argument('options', nargs='*')
-    a = parser.parse_args()
+    given = sys.argv[1:]
+    end = given.index('--') if '--' in given else len(given)
+    a = parser.parse_args(given[:end])
     try:
-        kill_at_moments([a.derail, 'run', a.file, *a.options], a.moments, a.folder)
+        kill_at_moments([a.derail, 'run', a.file, *given[end + 1:]], a.moments, a.folder)
     except NotAsPromised as e:
         print(f'kill_bag.py: {e}', file=sys.stderr)
         return 1
