@@ -36,11 +36,11 @@ class Base : public test::Folder {
   }
 
   const std::string whole_ = put("whole.yaml",
-                                   "title: whole\n"
-                                   "consist:\n"
-                                   "  - {name: hopper, count: 5, length: 50 ft, weight: 286 kip}\n"
-                                   "coupler: {slack: 0.1 ft, length: 4 ft}\n"
-                                   "initial: {speed: 40 mph, yaw_rate: 0.1}\n");
+                                 "title: whole\n"
+                                 "consist:\n"
+                                 "  - {name: hopper, count: 5, length: 50 ft, weight: 286 kip}\n"
+                                 "coupler: {slack: 0.1 ft, length: 4 ft}\n"
+                                 "initial: {speed: 40 mph, yaw_rate: 0.1}\n");
 };
 
 TEST_F(Base, ItsValuesHoldWhereTheFileHasNone) {
@@ -91,8 +91,9 @@ TEST_F(Base, WhatCannotBeABaseIsRefusedWithTheChain) {
   const std::string a = put("a.yaml", "base: b.yaml\n");
   put("b.yaml", "base: c.yaml\n");
   put("c.yaml", "title: c\nbase: a.yaml\n");
-  EXPECT_EQ(refusal(a), "c.yaml:2: base = 'a.yaml': leads back to itself: a.yaml -> b.yaml -> c.yaml -> a.yaml; "
-                        "allowed: a file that does not");
+  EXPECT_EQ(refusal(a),
+            "c.yaml:2: base = 'a.yaml': leads back to itself: a.yaml -> b.yaml -> c.yaml -> a.yaml; "
+            "allowed: a file that does not");
   EXPECT_EQ(refusal(put("none.yaml", "base: missing.yaml\n")),
             "missing.yaml: cannot be read: No such file or directory (base of none.yaml)");
   EXPECT_NE(refusal(put("list.yaml", "base: [a.yaml]\n")).find("not the name of a file"), std::string::npos);
