@@ -33,7 +33,8 @@ constexpr int kColumns = 3;
 /// While somebody types, the value is half there: it is checked when he rests.
 constexpr int kRestMs = 300;
 
-/// ", block 1 (locomotive, cars 1-2)"; empty if all cars are in one block.
+/// ", locomotive 1-2": of the first block, which cars; short, since it sets the width of the panel. Empty if all cars
+/// are in one block.
 QString first_block(const InputTable& table) {
   if (table.count("consist[1].count") == 0) return {};
   const auto text = [&](const char* key) {
@@ -41,8 +42,8 @@ QString first_block(const InputTable& table) {
     return item == table.end() ? QString() : QString::fromStdString(item->second.value);
   };
   const QString count = text("consist[0].count"), name = text("consist[0].name");
-  const QString cars = count == "1" ? QObject::tr("car 1") : QObject::tr("cars 1\u2013%1").arg(count);
-  return QObject::tr(",\nblock 1 (%1)").arg(name.isEmpty() ? cars : name + ", " + cars);
+  const QString cars = count == "1" ? QString("1") : QString("1\u2013%1").arg(count);
+  return QString(",\n%1 %2").arg(name.isEmpty() ? QObject::tr("block") : name, cars);
 }
 
 }  // namespace

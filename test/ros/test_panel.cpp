@@ -469,9 +469,8 @@ TEST_F(Panel, NamesTheBlockThatItsInputsBelongTo) {
                            "  - {name: tank_car, count: 9, length: 55 ft, weight: 286 kip}\n"
                            "initial: {speed: 30 mph, yaw_rate: 0}\n")
                   .success);
-  EXPECT_TRUE(wait_in_rviz([&] {
-    return label_of("input:consist[0].weight") == "Car &weight,\nblock 1 (locomotive, cars 1\u20132)";
-  })) << label_of("input:consist[0].weight");
+  EXPECT_TRUE(wait_in_rviz([&] { return label_of("input:consist[0].weight") == "Car &weight,\nlocomotive 1\u20132"; }))
+      << label_of("input:consist[0].weight");
 }
 
 TEST_F(Panel, OffersOnlyInputsThatAct) {
