@@ -235,7 +235,10 @@ struct OutputFile::Impl {
       file = open_special(path, status.st_mode);
       return;
     }
-    if (!there && lstat(path.c_str(), &status) == 0) fail(path, "cannot be written: is a link to nothing");
+    // What is there by now although it was not a moment ago, another process has made: commit() finds that out.
+    if (!there && lstat(path.c_str(), &status) == 0 && S_ISLNK(status.st_mode)) {
+      fail(path, "cannot be written: is a link to nothing");
+    }
     if (there && existing == Existing::refuse) exists(path);
     if (there && access(path.c_str(), W_OK) != 0) cannot_be_written(path, errno);
     if (!there && path.back() == '/') fail(path, "cannot be written: is the name of a folder");
