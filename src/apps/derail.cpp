@@ -143,10 +143,10 @@ int run(const Arguments& a) {
   if (a.jobs > 0)
     throw inputs::InputError("command line", "--jobs", std::to_string(a.jobs), "one run is computed by one thread",
                              "with --seeds");
+  apps::stop_on_signals();  // before there is anything that could be left half
   Outputs outputs(a);
   simulation::Simulation simulation(scenario);
   outputs.start(a, simulation);
-  apps::stop_on_signals();
   {
     apps::Progress progress(!a.quiet);
     if (!progress.shown() && !outputs.follows()) simulation.run(&apps::stop);  // nobody looks on

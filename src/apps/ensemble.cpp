@@ -30,10 +30,10 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   if (a.csv) outputs.push_back({"--csv", *a.csv});
   if (a.json) outputs.push_back({"--json", *a.json});
   require_apart({{"FILE", a.name}}, outputs);
+  stop_on_signals();
   std::optional<files::OutputFile> csv, json;
   if (a.csv) csv.emplace(*a.csv, existing(a.force), &stop);
   if (a.json) json.emplace(*a.json, existing(a.force), &stop);
-  stop_on_signals();
   std::vector<outcome::Outcome> outcomes;
   {
     Progress progress(!a.quiet);

@@ -44,9 +44,9 @@ int verify(const Arguments& a) {
     folder.emplace(*a.out);
   }
   require_apart({{"FILE", a.file}}, paths);
+  stop_on_signals();
   std::vector<files::OutputFile> outputs;  // opened before the computing
   for (const NamedPath& p : paths) outputs.emplace_back(p.path, existing(a.force));
-  stop_on_signals();
   multibody::Verification v;
   {
     Progress progress(!a.quiet);

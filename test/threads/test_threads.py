@@ -64,7 +64,7 @@ class ThreadsTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         with tempfile.TemporaryFile('w+') as said:
-            node = self.start([NODE, '_rate:=0', '_bag:=' + os.path.join(folder.name, 'a.bag'), '_diagnostics_period:=0.05'],
+            node = self.start([NODE, '_rate:=0', '_results_folder:=' + folder.name, '_bag:=a.bag', '_diagnostics_period:=0.05'],
                               stdout=subprocess.DEVNULL, stderr=said)
             rospy.init_node('test_threads', disable_signals=True)
             seen = {}
