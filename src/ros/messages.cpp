@@ -37,6 +37,18 @@ void fill_histogram(Impacts& m) {
   for (std::size_t i = 0; i <= m.counts.size(); ++i) m.bin_edges.push_back(static_cast<double>(i) * kSpeedBin);
 }
 
+/// `position`: a Point or a Vector3.
+template <class Position>
+void set_pose(const simulation::CarSnapshot& car, Position& position, geometry_msgs::Quaternion& orientation) {
+  position.x = car.x;
+  position.y = car.y;
+  position.z = car.z;
+  orientation.x = car.qx;
+  orientation.y = car.qy;
+  orientation.z = car.qz;
+  orientation.w = car.qw;
+}
+
 }  // namespace
 
 CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double time, const std_msgs::Header& header,
@@ -51,13 +63,7 @@ CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double ti
     CarState& to = m.cars[i];
     to.number = static_cast<std::uint32_t>(i + 1);
     fill(to, simulation::car_fields(), from);
-    to.pose.position.x = from.x;
-    to.pose.position.y = from.y;
-    to.pose.position.z = from.z;
-    to.pose.orientation.x = from.qx;
-    to.pose.orientation.y = from.qy;
-    to.pose.orientation.z = from.qz;
-    to.pose.orientation.w = from.qw;
+    set_pose(from, to.pose.position, to.pose.orientation);
     to.twist.linear.x = from.vx;
     to.twist.linear.y = from.vy;
     to.twist.linear.z = from.vz;
@@ -188,13 +194,7 @@ tf2_msgs::TFMessage to_transforms(const std::vector<simulation::CarSnapshot>& ca
     geometry_msgs::TransformStamped& t = m.transforms.emplace_back();
     t.header = header;
     t.child_frame_id = frames.car(static_cast<int>(i) + 1);
-    t.transform.translation.x = cars[i].x;
-    t.transform.translation.y = cars[i].y;
-    t.transform.translation.z = cars[i].z;
-    t.transform.rotation.x = cars[i].qx;
-    t.transform.rotation.y = cars[i].qy;
-    t.transform.rotation.z = cars[i].qz;
-    t.transform.rotation.w = cars[i].qw;
+    set_pose(cars[i], t.transform.translation, t.transform.rotation);
   }
   return m;
 }

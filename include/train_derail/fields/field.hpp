@@ -72,11 +72,7 @@ class Fields {
   Field<Record>& add(std::string_view name, const Unit& unit, std::string_view title, std::string_view meaning,
                      const Access& access) {
     using Member = std::remove_const_t<std::remove_reference_t<decltype(access(std::declval<Record&>()))>>;
-    Field<Record>& field = all_.emplace_back();
-    field.name = name;
-    field.unit = unit;
-    field.title = title;
-    field.meaning = meaning;
+    Field<Record>& field = entry(name, unit, title, meaning);
     field.get = [access](const Record& r) -> Value { return to_value(access(r)); };
     field.set = [access](Record& r, const Value& v) { access(r) = from_value<Member>(v); };
     return field;
@@ -85,11 +81,7 @@ class Fields {
   template <class Compute>
   Field<Record>& derive(std::string_view name, const Unit& unit, std::string_view title, std::string_view meaning,
                         const Compute& compute) {
-    Field<Record>& field = all_.emplace_back();
-    field.name = name;
-    field.unit = unit;
-    field.title = title;
-    field.meaning = meaning;
+    Field<Record>& field = entry(name, unit, title, meaning);
     field.get = [compute](const Record& r) -> Value { return to_value(compute(r)); };
     return field;
   }
@@ -106,6 +98,14 @@ class Fields {
   }
 
  private:
+  Field<Record>& entry(std::string_view name, const Unit& unit, std::string_view title, std::string_view meaning) {
+    Field<Record>& field = all_.emplace_back();
+    field.name = name;
+    field.unit = unit;
+    field.title = title;
+    field.meaning = meaning;
+    return field;
+  }
   template <class T>
   static Value to_value(const T& member) {
     if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, double> || std::is_same_v<T, std::string> ||
