@@ -56,7 +56,7 @@ def run(arguments):
     with open(path, encoding='utf-8', newline='') as file:
         accidents = [a for a in csv.DictReader(file) if not arguments.only or a['file'] in arguments.only]
     columns = ('accident', 'mph', 'vehicles from the first to derail', 'derailed', 'predicted: median (5 to 95 %)',
-               'site, ft', 'predicted heap, ft', 'cars across', 'remarks')
+               'site, ft', 'predicted main pile, ft', 'cars across', 'remarks')
     lines = [row(*columns), row(*['---'] * len(columns))]
     errors, inside = [], 0
     for a in accidents:

@@ -91,7 +91,7 @@ def _numbers(ax, corners, shown):
         )
 
 
-def _heap(corners, off, longest):
+def _largest_group(corners, off, longest):
     """Numbers from 0 of the cars off the track that lie together, the most of them: one that has rolled away is not meant."""
     which = np.flatnonzero(off)
     middles = corners[which].mean(axis=1)
@@ -112,7 +112,7 @@ def _heap(corners, off, longest):
 
 
 def layout(states, lengths, widths, track, note):
-    """The train at its last time: all of it, and the heap of cars off the track larger; both to scale. `track`: points of its
+    """The train at its last time: all of it, and the cars off the track that lie together larger; both to scale. `track`: points of its
     centre line in ft, STRAIGHT, or None: not drawn."""
     corners = _corners(states, lengths, widths, -1)
     off = states.off_track[-1] > 0
@@ -120,9 +120,9 @@ def layout(states, lengths, widths, track, note):
     windows = [_window(corners, margin)]
     shown = np.arange(states.cars)
     if off.any():
-        heap = _heap(corners, off, lengths.max() / FOOT)
-        if len(heap) < states.cars:
-            windows.append(_window(corners[heap], margin))
+        together = _largest_group(corners, off, lengths.max() / FOOT)
+        if len(together) < states.cars:
+            windows.append(_window(corners[together], margin))
             (x0, x1), (y0, y1), _ = windows[-1]
             x, y = corners.mean(axis=1).T
             shown = np.flatnonzero((x > x0) & (x < x1) & (y > y0) & (y < y1))

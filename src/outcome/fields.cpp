@@ -184,16 +184,16 @@ void add_pile_up(Fields<Outcome>& f) {
        [](auto& o) -> auto& { return o.pile_up.width; })
       .in_studies();
   f.add(
-       "pile_up_area", kArea, "area of the site", "Convex hull of the footprints.",
+       "pile_up_area", kArea, "pile-up area", "Convex hull of the footprints.",
        [](auto& o) -> auto& { return o.pile_up.area; })
       .in_studies();
   f.add(
-       "main_pile_cars", kCars, "cars in the largest heap",
+       "main_pile_cars", kCars, "cars in the main pile",
        "Cars turned by more than 30 degrees, no more than 15 m of track between them.",
        [](auto& o) -> auto& { return o.pile_up.main_cars; })
       .in_studies();
   f.add(
-       "main_pile_length", kLength, "length of the largest heap", "Along the track.",
+       "main_pile_length", kLength, "length of the main pile", "Along the track.",
        [](auto& o) -> auto& { return o.pile_up.main_length; })
       .in_studies();
   f.add(

@@ -19,7 +19,7 @@ PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool
   PileUp p;
   bool beside = false;
   Eigen::AlignedBox2d extent;                      // arc length, offset
-  std::vector<std::pair<double, double>> extents;  // along the track, of the counted cars that lie askew
+  std::vector<std::pair<double, double>> extents;  // along the track, of the counted cars that are turned
   for (std::size_t k = 0; k < cars.size(); ++k) {
     if (counted[k] && !beside) ++p.groups;
     beside = counted[k];
@@ -36,7 +36,7 @@ PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool
         extent.extend(Vector2(corner.s, corner.offset));
       }
     }
-    if (cosine >= kHeapCosine) continue;
+    if (cosine >= kMainPileCosine) continue;
     const double reach = f.reach(middle.tangent);
     extents.emplace_back(middle.s - reach, middle.s + reach);
   }
@@ -47,9 +47,9 @@ PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool
   for (std::size_t i = 0; i < extents.size();) {
     const std::size_t first = i;
     double end = extents[i].second;
-    for (++i; i < extents.size() && extents[i].first <= end + kHeapGap; ++i) end = std::max(end, extents[i].second);
-    if (const auto heap = static_cast<int>(i - first); heap > p.main_cars) {
-      p.main_cars = heap;
+    for (++i; i < extents.size() && extents[i].first <= end + kMainPileGap; ++i) end = std::max(end, extents[i].second);
+    if (const auto cars_here = static_cast<int>(i - first); cars_here > p.main_cars) {
+      p.main_cars = cars_here;
       p.main_length = end - extents[first].first;
     }
   }

@@ -111,7 +111,7 @@ class PlotRunTest(PlotTest):
             if lines:
                 self.assertGreater(np.ptp(drawn[0].get_ydata()), 100.0)
 
-    def test_the_larger_view_is_of_the_heap_not_of_what_has_rolled_away(self):
+    def test_the_larger_view_is_of_what_lies_together_not_of_what_has_rolled_away(self):
         far = 20
         x = np.concatenate([[9000.0, 8980.0], np.arange(far) * -5.0, -150.0 - 20.0 * np.arange(30)])
         cars = len(x)
@@ -122,7 +122,7 @@ class PlotRunTest(PlotTest):
         figure = run_pictures.layout(states, np.full(cars, 17.0), np.full(cars, 3.0), run_pictures.STRAIGHT, '')
         low, high = figure.axes[-1].get_xlim()
         self.assertLess(high - low, 1000.0, 'ft')
-        self.assertTrue(low < -95.0 / FOOT and high > 0.0, 'all of the heap')
+        self.assertTrue(low < -95.0 / FOOT and high > 0.0, 'all that lie together')
         numbers = {t.get_text() for t in figure.axes[-1].texts}
         self.assertNotIn('1', numbers)
         self.assertIn('5', numbers)

@@ -49,17 +49,16 @@ struct PeakForce {
 
 /// Extent of the footprints of the cars that have derailed or are off the track.
 struct PileUp {
-  double length = 0.0;  // along the track [m]
-  double width = 0.0;   // across it [m]
-  double area = 0.0;    // of the convex hull [m^2]
-  int cars_across = 0;  // stand at more than 60 degrees to the track
-  int groups = 0;       // of derailed cars next to each other in the train
-  int main_cars =
-      0;  // in the largest heap: cars turned by more than 30 degrees, along the track no gap longer than kHeapGap
-  double main_length = 0.0;  // of that heap, along the track [m]
+  double length = 0.0;       // along the track [m]
+  double width = 0.0;        // across it [m]
+  double area = 0.0;         // of the convex hull [m^2]
+  int cars_across = 0;       // stand at more than 60 degrees to the track
+  int groups = 0;            // of derailed cars next to each other in the train
+  int main_cars = 0;         // in the main pile: cars turned by more than 30 degrees, no gap longer than kMainPileGap
+  double main_length = 0.0;  // of the main pile, along the track [m]
 };
-inline constexpr double kHeapGap = 15.0;                    // m
-inline constexpr double kHeapCosine = 0.86602540378443865;  // of 30 degrees
+inline constexpr double kMainPileGap = 15.0;                    // along the track [m]
+inline constexpr double kMainPileCosine = 0.86602540378443865;  // of 30 degrees
 
 /// Bodies that hit each other (contact.law); those that close at less than 1 mph are not counted.
 struct Impacts {
