@@ -1,11 +1,12 @@
-// Whether the program's containers are the library's.
+/// \file
+/// Guards against a program and a library whose standard containers have different layouts.
 #pragma once
 
 namespace train_derail {
 
-/// With -D_GLIBCXX_DEBUG the containers of the standard library have another layout. The library defines one of these
-/// two: a program that is compiled the other way cannot be linked, where it would have crashed. Cure: the macro for
-/// both, or for neither.
+/// With -D_GLIBCXX_DEBUG the containers of the standard library have another layout. The library defines only one of
+/// these two symbols, and a program refers to the one that fits its own setting. So a program with the other setting
+/// fails to link instead of crashing. What helps: define the macro for both, or for neither.
 extern const bool compiled_with_GLIBCXX_DEBUG, compiled_without_GLIBCXX_DEBUG;
 
 namespace {

@@ -1,5 +1,6 @@
-// Eigen's arrays as they cross the border between the library and a program that is compiled for other instruction
-// sets.
+/// \file
+/// Eigen types for the public interface of the library. A program may be compiled for other instruction sets than the
+/// library; these types have the same layout in both.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +10,16 @@
 
 namespace train_derail {
 
-// Eigen aligns its own types as whoever compiles them says (to 16 bytes; with -mavx2 or -march=native to 32 or 64) and
-// then allocates by a function of its own instead of malloc(): what the one has allocated the other must not free.
-// Without alignment these have one layout and one way of being allocated everywhere. Eigen's own types convert to them
-// and back.
+// The alignment of Eigen's own types depends on the compiler's options: 16 bytes, or 32 or 64 with -mavx2 or
+// -march=native. The way in which their memory is allocated depends on it too, so memory that the library has allocated
+// could not be freed by the program. The types below are not aligned: layout and allocation are the same everywhere.
+// Eigen's own types convert to them and back.
+
+/// Column of numbers, with element-wise arithmetic; any length.
 using ArrayX = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor | Eigen::DontAlign>;
+/// Vector of any length.
 using VectorX = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor | Eigen::DontAlign>;
+/// Vector in the plane.
 using Vector2 = Eigen::Matrix<double, 2, 1, Eigen::ColMajor | Eigen::DontAlign>;
 
 static_assert(

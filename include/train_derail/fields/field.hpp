@@ -1,5 +1,7 @@
-// What comes out, described once: each number, count, flag or text of a record has one entry with its name, unit, title
-// and meaning. JSON, CSV, tables, journals, messages, the panel and the reference tables walk the entries.
+/// \file
+/// Output fields, described once. Each number, count, flag or text of a record (car, coupler, outcome) has one entry
+/// with its name, unit, title and meaning. JSON, CSV, tables, journals, messages, the panel and the reference tables
+/// all go through these entries.
 #pragma once
 
 #include <cstdint>
@@ -13,61 +15,68 @@
 
 namespace train_derail::fields {
 
-/// A unit of the SI, the unit that people read beside it, and how both stand in tables.
+/// The SI unit of a value, the unit that people read beside it, and how both are printed in tables.
 struct Unit {
-  std::string_view si;             ///< UDUNITS notation; "1": a pure number or count; "": neither (flags, texts)
-  std::string_view shown;          ///< the one people read, "mph"; "" if the same
-  double per_shown = 1.0;          ///< SI value of one `shown`
-  int shown_digits = 0;            ///< behind the point, in tables
-  std::string_view table_si = "";  ///< SI unit of a convenient size for tables, "kN"; "" if `si`
-  double per_table_si = 1.0;       ///< SI value of one `table_si`
-  int table_si_digits = 0;         ///< behind the point
+  std::string_view si;     ///< SI unit in UDUNITS notation; "1" for a pure number or count, "" for flags and texts
+  std::string_view shown;  ///< unit that people read, "mph"; "" if it is the SI unit
+  double per_shown = 1.0;  ///< SI value of one unit `shown`
+  int shown_digits = 0;    ///< digits after the decimal point in tables, for `shown`
+  std::string_view table_si = "";  ///< SI unit of convenient size for tables, "kN"; "" if it is `si`
+  double per_table_si = 1.0;       ///< SI value of one unit `table_si`
+  int table_si_digits = 0;         ///< digits after the decimal point in tables, for `table_si`
 };
 
-/// A value: a number in SI, a count (also the place of a choice among its names), a flag, a text, several lines.
+/// The value of a field: a number in SI units, a whole number (a count, or the index of a choice among its names), a
+/// flag, a text, or several lines of text.
 using Value = std::variant<double, std::int64_t, bool, std::string, std::vector<std::string>>;
 
-/// One entry: a member of Record, or something that follows from it.
+/// One field of a record: one of its members, or a value that is computed from them.
 template <class Record>
 struct Field {
-  std::string_view name;                ///< in JSON, CSV, studies and messages
-  Unit unit;                            //
-  std::string_view title;               ///< for tables; "" if the value has no row of its own
-  std::string_view meaning;             ///< one sentence
-  std::vector<std::string_view> names;  ///< of a choice: what its values are called, in order; else empty
+  std::string_view name;                ///< name in JSON, CSV, studies and messages
+  Unit unit;                            ///< units of the value
+  std::string_view title;               ///< title in tables; "" if the value has no row of its own
+  std::string_view meaning;             ///< explanation in one sentence
+  std::vector<std::string_view> names;  ///< for a choice: the names of its values by index; else empty
 
-  std::function<Value(const Record&)> get;
-  std::function<void(Record&, const Value&)> set;  ///< empty if the value follows from others
+  std::function<Value(const Record&)> get;  ///< reads the value from a record
+  std::function<void(Record&, const Value&)>
+      set;  ///< writes it to a record; empty if the value is computed from others
 
-  /// Whether the row of a table says anything; empty: always.
+  /// Whether a table shows the row for this record; empty means always.
   std::function<bool(const Record&)> when;
-  /// What stands behind the value in a table: where, when; empty: nothing.
+  /// Remark behind the value in a table, such as where and when; empty means no remark.
   std::function<std::string(const Record&)> note;
-  bool compared = false;  ///< a number that studies and comparisons are made of
+  bool compared = false;  ///< whether it is a quantity, that is a number for studies and comparisons
 
+  /// Sets `when`.
   Field& shown_when(std::function<bool(const Record&)> condition) {
     when = std::move(condition);
     return *this;
   }
+  /// Sets `note`.
   Field& noting(std::function<std::string(const Record&)> text) {
     note = std::move(text);
     return *this;
   }
+  /// Makes the field a quantity.
   Field& in_studies() {
     compared = true;
     return *this;
   }
+  /// Sets the names of a choice.
   Field& named(std::vector<std::string_view> all) {
     names = std::move(all);
     return *this;
   }
 };
 
-/// All entries of a record, in the order in which they are shown.
+/// All fields of a record, in the order in which they are shown.
 template <class Record>
 class Fields {
  public:
-  /// A member that `access(record)` gives by reference, for a const record and for one that is not.
+  /// Adds a member of the record. `access(record)` returns a reference to it, for const and for other records. The
+  /// reference that add() returns is valid until the next field is added.
   template <class Access>
   Field<Record>& add(std::string_view name, const Unit& unit, std::string_view title, std::string_view meaning,
                      const Access& access) {
@@ -77,7 +86,7 @@ class Fields {
     field.set = [access](Record& r, const Value& v) { access(r) = from_value<Member>(v); };
     return field;
   }
-  /// A value that follows from others.
+  /// Adds a value that `compute(record)` makes from other members.
   template <class Compute>
   Field<Record>& derive(std::string_view name, const Unit& unit, std::string_view title, std::string_view meaning,
                         const Compute& compute) {
@@ -86,10 +95,12 @@ class Fields {
     return field;
   }
 
+  /// Fields in their order.
   auto begin() const { return all_.begin(); }
   auto end() const { return all_.end(); }
+  /// Number of fields.
   std::size_t size() const { return all_.size(); }
-  /// Null if there is none of that name.
+  /// Returns the field of this name, or null if there is none.
   const Field<Record>* find(std::string_view name) const {
     for (const Field<Record>& field : all_) {
       if (field.name == name) return &field;
@@ -127,14 +138,16 @@ class Fields {
   std::vector<Field<Record>> all_;
 };
 
-/// As a number; a flag is 0 or 1. Not for texts.
+/// Returns a value as a number; a flag gives 0 or 1. Must not be called for texts (throws std::bad_variant_access).
 double number(const Value& value);
-/// For CSV: numbers with all their digits, flags as 0 and 1, a choice by its name; lines joined by "; ".
+/// Returns a value as text for CSV: numbers with all their digits, flags as 0 and 1, a choice by its name, several
+/// lines joined by "; ".
 std::string text(const Value& value, const std::vector<std::string_view>& names);
-/// Name of a column of CSV: with the unit, where there is one: "gap_m", "moment_lead_N_m".
+/// Returns the name of a column of CSV. It ends with the SI unit if there is one: "gap_m", "moment_lead_N_m".
 std::string column(std::string_view name, const Unit& unit);
-/// " 12.34 m/s" and "27.6 mph", digits as the unit has them; the second is empty if both units are the same.
+/// Returns a number as tables print it in SI units, "12.34 m/s".
 std::string in_si(double value, const Unit& unit);
+/// The same in the unit that people read, "27.6 mph"; empty if that is the SI unit.
 std::string in_shown(double value, const Unit& unit);
 
 }  // namespace train_derail::fields

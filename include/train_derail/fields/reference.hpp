@@ -1,4 +1,5 @@
-// Reference tables of what comes out.
+/// \file
+/// Tables in Markdown that explain the output fields (docs/outcomes.md).
 #pragma once
 
 #include <string>
@@ -7,12 +8,13 @@
 
 namespace train_derail::fields {
 
-/// A row of a table in Markdown.
+/// Returns the row of one field.
 std::string reference_row(std::string_view name, const Unit& unit, std::string_view meaning,
                           const std::vector<std::string_view>& names);
+/// Returns the head of the table: names of its columns and the line below.
 std::string reference_head();
 
-/// All entries as a table in Markdown: name, unit, the unit that people read, meaning.
+/// Returns the table of all fields of a record: name, unit, unit that people read, meaning.
 template <class Record>
 std::string reference(const Fields<Record>& all) {
   std::string table = reference_head();

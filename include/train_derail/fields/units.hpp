@@ -1,4 +1,5 @@
-// The units of what comes out.
+/// \file
+/// Units of the output fields: SI unit, unit that people read, and digits in tables (see Unit).
 #pragma once
 
 #include "train_derail/fields/field.hpp"
@@ -6,13 +7,16 @@
 
 namespace train_derail::fields {
 
+/// Flags and texts.
 inline constexpr Unit kNoUnit{"", ""};
+/// Pure numbers and counts.
 inline constexpr Unit kRatio{"1", ""};
 inline constexpr Unit kCount{"1", ""};
 inline constexpr Unit kCars{"1", "cars"};
 inline constexpr Unit kCouplers{"1", "couplers"};
 inline constexpr Unit kImpacts{"1", "impacts"};
 inline constexpr Unit kGroups{"1", "groups"};
+/// Numbers with a unit.
 inline constexpr Unit kTime{"s", "s", 1.0, 2, "s", 1.0, 2};
 inline constexpr Unit kLength{"m", "ft", inputs::kFoot, 0, "m", 1.0, 1};
 inline constexpr Unit kGap{"m", "in", inputs::kFoot / 12.0, 2, "mm", 1e-3, 0};

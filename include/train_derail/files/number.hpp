@@ -1,4 +1,5 @@
-// Numbers in text, read the same under every locale.
+/// \file
+/// Numbers in text, read in the same way under every locale.
 #pragma once
 
 #include <charconv>
@@ -8,8 +9,8 @@
 
 namespace train_derail::files {
 
-/// The number that the whole of `text` is, in the C locale; none if it is anything else, or beyond what the type N
-/// holds.
+/// Reads a number of type N in the C locale. Returns nothing if `text` as a whole is not a number, or if the number
+/// does not fit into N.
 template <class N>
 std::optional<N> number(std::string_view text) {
   N value{};

@@ -1,4 +1,5 @@
-// Files that are written whole or not at all, and over nothing that was there.
+/// \file
+/// Output files that appear complete or not at all, and that do not overwrite existing files unless this is asked for.
 #pragma once
 
 #include <atomic>
@@ -9,43 +10,50 @@
 
 namespace train_derail::files {
 
-/// What happens to a file that lies where another is to be written.
-enum class Existing { refuse, replace };
+/// What to do if the file to be written exists already.
+enum class Existing {
+  refuse,  ///< throw ExistsError
+  replace  ///< put the new file in its place
+};
 
-/// The target exists and is not to be replaced.
+/// The file to be written exists already and is not to be replaced.
 struct ExistsError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A file that takes its name when it is whole: until commit() it has none (O_TMPFILE), so that a kill leaves nothing.
-/// Where the file system cannot do that, it is `.train_derail-*.part` in the same folder: removed by the destructor,
-/// after a kill by the next OutputFile in that folder. Links are followed: what they point to is written.
+/// A file that gets its name only when it is complete. Until commit() it has no name (O_TMPFILE), so nothing remains if
+/// the process is killed. If the file system does not support that, the file is called `.train_derail-*.part` until
+/// then, in the same folder; the destructor removes it, or after a kill the next OutputFile in that folder. Symbolic
+/// links are followed: the file they point to is written.
 ///
-/// A pipe or a character device (/dev/null, a terminal), /dev/stdout, /dev/stderr and /dev/fd/N are written as it
-/// comes; commit() then only says whether all went through. A pipe without a reader is waited for a second.
+/// Pipes, character devices (/dev/null, a terminal), /dev/stdout, /dev/stderr and /dev/fd/N are written at once;
+/// commit() then only checks that everything was written. If nobody reads a pipe, opening it waits for one second.
 ///
-/// All errors are std::runtime_error, "PATH: what is wrong".
+/// All errors are std::runtime_error with the text "PATH: what is wrong".
 class OutputFile {
  public:
-  /// Opens: an unwritable path is said before anything is computed. `-` is standard output. Throws ExistsError.
-  /// Once `stop` is set, a pipe that is not read is waited for no longer than a second.
+  /// Opens the file, so that a path that cannot be written is reported before anything is computed.
+  /// \param path      file to be written; `-` is standard output.
+  /// \param existing  what to do if the file exists; with Existing::refuse ExistsError is thrown.
+  /// \param stop      once it is set, writing to a pipe that nobody reads is given up after a second; may be null.
   explicit OutputFile(std::string path, Existing existing = Existing::refuse, const std::atomic<bool>* stop = nullptr);
-  /// Nothing remains unless commit() has returned.
+  /// Removes what was written, unless commit() has returned.
   ~OutputFile();
   OutputFile(OutputFile&&) noexcept;
   OutputFile& operator=(OutputFile&&) noexcept;
 
-  /// Buffered. A failure shows in its state, and in commit() with the reason.
+  /// Buffered stream to write to. If writing fails, the stream goes bad, and check() and commit() give the reason.
   std::ostream& stream();
-  /// Throws if something written so far could not be: a full device is noticed before the end.
+  /// Throws if something could not be written so far. A full disk is noticed in this way before the end.
   void check();
-  /// Flushes, syncs to the disk, and gives it its name. Throws ExistsError if somebody else has taken the name
-  /// meanwhile.
+  /// Flushes the stream, syncs to the disk and gives the file its name. Throws ExistsError if another process has made
+  /// a file of that name in the meantime.
   void commit();
-  /// For a library that opens files by name: what it writes there, and has closed before commit(), is the file. Not
-  /// together with stream(). Empty for what is written as it comes.
+  /// Present name of the file, for a library that opens files by name. The library must close it before commit();
+  /// stream() must not be used then. Empty for pipes and devices.
   std::string name_so_far() const;
 
+  /// Path that was given to the constructor.
   const std::string& path() const;
 
  private:
@@ -53,14 +61,14 @@ class OutputFile {
   std::unique_ptr<Impl> impl_;
 };
 
-/// All of a text that is at hand.
+/// Writes `text` to a file in one call; throws as OutputFile does.
 void write_file(const std::string& path, const std::string& text, Existing existing = Existing::refuse);
 
-/// Gives the whole file `from` the name `to`, in the same file system, and syncs the folder.
-/// Throws ExistsError, `from` then stays; std::runtime_error.
+/// Renames the complete file `from` to `to`, which must lie in the same file system, and syncs the folder.
+/// Throws ExistsError if `to` exists and must not be replaced (`from` then stays), or std::runtime_error.
 void move_into_place(const std::string& from, const std::string& to, Existing existing);
 
-/// Whether two paths mean one file, also by links or when it does not exist yet. `-` is standard output.
+/// Whether two paths mean the same file: links are followed, and the file need not exist. `-` is standard output.
 bool same_file(const std::string& a, const std::string& b);
 
 /// Flushes standard output. Throws std::runtime_error if not all of it could be written.

@@ -1,33 +1,37 @@
-// What a path given to a command seems to be, so that a wrong one is told by name.
+/// \file
+/// Finds out what kind of file or folder a path is, so that an error can name it ("is a study, not a scenario").
 #pragma once
 
 #include <string>
 
 namespace train_derail::files {
 
+/// What a file or folder seems to be.
 enum class Kind {
-  unknown,  // text of some kind, or a name that does not exist: for its reader to judge
+  unknown,  ///< some other text, or a path that does not exist: its reader decides
   scenario,
   study,
-  accidents,  // a table for `derail validate`
+  accidents,  ///< a table of accidents, for `derail validate`
   study_results,
   validation_results,
   verification_results,
-  other,  // something that no command takes
+  other,  ///< something that no command takes
 };
 
+/// The answer of recognise().
 struct Recognised {
-  Kind kind = Kind::unknown;
-  std::string what;  ///< "a study", "a bag of messages"; empty if unknown
-  std::string hint;  ///< what takes it, as in "derail study takes it"; empty if nothing does
+  Kind kind = Kind::unknown;  ///< what it is
+  std::string what;           ///< the same in words, "a study", "a bag of messages"; empty if unknown
+  std::string hint;           ///< which command takes it, "derail study takes it"; empty if none does
 };
 
-/// `what` of a page that `derail report` has written.
+/// Recognised::what of a page that `derail report` has written.
 inline constexpr char kReport[] = "a report of derail";
-/// In the head of such a page.
+/// Text in the head of such a page, by which it is recognised.
 inline constexpr char kReportMark[] = "<meta name=\"generator\" content=\"train_derail\" />";
 
-/// By its first 64 kB or, if it is a folder, by the names in it. Waits for nothing: pipes and devices are not opened.
+/// Judges a file by its first 64 KiB and a folder by the names of the files in it. Pipes and devices are not opened,
+/// since that could wait for ever.
 Recognised recognise(const std::string& path);
 
 }  // namespace train_derail::files

@@ -1,4 +1,5 @@
-// Text from anywhere: what of it is UTF-8, and what of it a terminal may be shown.
+/// \file
+/// Text from unknown sources: checks that it is UTF-8, and makes it safe to print on a terminal.
 #pragma once
 
 #include <cstddef>
@@ -7,14 +8,14 @@
 
 namespace train_derail::files {
 
-/// One character at the beginning of a text. `bytes` is 1 and `valid` false if none begins there.
+/// One character of a text in UTF-8.
 struct Character {
-  char32_t code = 0;
-  std::size_t bytes = 1;
-  bool valid = false;
+  char32_t code = 0;      ///< Unicode number; the first byte if the character is not valid
+  std::size_t bytes = 1;  ///< length in the text; 1 if the character is not valid
+  bool valid = false;     ///< whether the bytes are valid UTF-8
 };
 
-/// `text` is not empty. Overlong forms and halves of surrogates are not valid.
+/// Decodes the first character of `text`, which must not be empty. Overlong forms and surrogates are not valid.
 inline Character first_character(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);
@@ -31,21 +32,21 @@ inline Character first_character(std::string_view text) {
   return {code, bytes, true};
 }
 
-/// Characters that do something instead of being seen: control characters, breaks of lines, marks that turn the
-/// direction of writing.
+/// Whether a character acts on a terminal or editor instead of being shown: control characters, line and paragraph
+/// separators, marks that change the direction of writing, byte order marks.
 inline bool is_control(char32_t c) {
   return c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0x2028 || c == 0x2029 || (c >= 0x202a && c <= 0x202e) ||
          (c >= 0x2066 && c <= 0x2069) || c == 0xfeff || c == 0xfffe || c == 0xffff;
 }
 
-/// Whether a text is UTF-8 without NUL.
+/// Whether a text is valid UTF-8 without NUL characters.
 bool is_utf8(std::string_view text);
 
-/// Characters of a value or key that messages show at most.
+/// Most characters of a key or value that messages show.
 inline constexpr std::size_t kShownMax = 200;
 
-/// `text` for messages and titles, on one line and without effect on a terminal: what is no printable character of
-/// valid UTF-8 is written as \n, \x1b or \u202e. Cut behind `most` characters, which "..." shows.
+/// Returns `text` for messages and titles: on one line and without effect on a terminal. Every byte or character that
+/// is not printable is escaped, as \\n, \\x1b or \\u202e. After `most` characters the text is cut and ends with "...".
 std::string printable(std::string_view text, std::size_t most = std::string::npos);
 
 }  // namespace train_derail::files

@@ -1,3 +1,5 @@
+/// \file
+/// The error that reports a wrong input.
 #pragma once
 
 #include <stdexcept>
@@ -8,20 +10,26 @@
 
 namespace train_derail::inputs {
 
-/// A mistake in an input, said so that it can be mended: where, which key, what stands there, what may.
-/// what() is one line (of several mistakes: a line each) that can be printed: control characters are escaped, key and
-/// value are cut.
+/// A mistake in an input, with all that is needed to correct it: where it is, which key, its value, what is wrong and
+/// what is allowed. what() is one line of text, or one line for each of several mistakes. It is safe to print: control
+/// characters are escaped, long keys and values are cut.
 class InputError : public std::runtime_error {
  public:
+  /// One mistake; the arguments are explained at the functions of the same names.
   InputError(std::string where, std::string key, std::string value, std::string problem, std::string allowed);
-  /// Several mistakes of one file: a line that sums up, then a line each.
+  /// Several mistakes in one file: `problem` sums them up in the first line, then each has a line.
   InputError(std::string where, std::string problem, const std::vector<InputError>& each);
 
-  const std::string& where() const { return where_; }  // "file:line", "--set", or a parameter's full name
-  const std::string& key() const { return key_; }      // "coupler.slack", "consist[0].count"
-  const std::string& value() const { return value_; }  // as written; empty if there is none
+  /// Where the mistake is: "file:line", "--set", or the full name of a ROS parameter.
+  const std::string& where() const { return where_; }
+  /// Key of the input, "coupler.slack", "consist[0].count"; empty if no single key is meant.
+  const std::string& key() const { return key_; }
+  /// Value as it was written; empty if there is none.
+  const std::string& value() const { return value_; }
+  /// What is wrong.
   const std::string& problem() const { return problem_; }
-  const std::string& allowed() const { return allowed_; }  // range, choices or keys; empty if not applicable
+  /// What is allowed: a range, choices or keys; empty if there is nothing to say.
+  const std::string& allowed() const { return allowed_; }
 
  private:
   std::string where_, key_, value_, problem_, allowed_;

@@ -1,4 +1,6 @@
-// The one typed reader: files, the command line and the parameter server all become a YAML tree and pass here.
+/// \file
+/// Reads scenarios. Files, the command line and the ROS parameter server are all turned into a YAML tree first, which
+/// is then read here.
 #pragma once
 
 #include <cstddef>
@@ -14,47 +16,57 @@
 
 namespace train_derail::inputs {
 
-/// One changed input: `key` as in "initial.speed" or "consist[0].count", `value` as it would stand in the file.
+/// One changed input.
 struct Override {
-  std::string key;
-  std::string value;
+  std::string key;    ///< as in "initial.speed" or "consist[0].count"
+  std::string value;  ///< as it would be written in the file, "50 mph"
 };
 
-/// Splits "key=value". Throws InputError if there is no '='.
+/// Splits a text "key=value". Throws InputError if there is no '='.
 Override parse_override(std::string_view text);
 
-/// The content of a file. Throws InputError if it cannot be read, has more than `bytes_max` bytes, or is a folder, a
-/// pipe, a device.
+/// Returns the content of a file. Throws InputError if the file cannot be read, has more than `bytes_max` bytes, or is
+/// a folder, a pipe or a device.
 std::string read_file(const std::string& path, std::size_t bytes_max);
 
-/// A YAML file, or text that `source` names, as a tree; merge keys (<<) are resolved. Throw InputError: unreadable, not
-/// YAML, too long, nested too deeply, too many values (with aliases expanded), or something that roslaunch (YAML 1.1)
-/// would read as another value.
+/// Reads a YAML file as a tree, with merge keys (<<) resolved. Throws InputError if the file cannot be read, is not
+/// YAML, is too long, is nested too deeply, has too many values (aliases count as often as they are used), or holds a
+/// value that roslaunch (YAML 1.1) would read as another one.
 YAML::Node load_file(const std::string& path);
+/// Reads YAML from a text in the same way; `source` is its name in errors.
 YAML::Node load_text(const std::string& text, const std::string& source);
 
-/// A tree whose key `base` names another scenario file, if it has one: that file's values where the tree has none of
-/// its own. Groups are filled up key by key, lists are taken as a whole. A relative name starts from `folder`.
+/// A scenario tree that has been completed by its base files (key `base`).
 struct Layers {
-  YAML::Node tree;  ///< without `base`
-  /// Which file a key, and all below it, comes from; "" is the key of what is named nowhere else. Empty without a base.
+  YAML::Node tree;  ///< the whole tree, without the key `base`
+  /// File from which a key and all keys below it come. The entry "" is for all keys without an entry of their own.
+  /// Empty if the tree had no base.
   std::map<std::string, std::string> sources;
 };
-/// Throws InputError, which names the chain: a base that cannot be read, one that leads back to itself, more than
-/// kBasesMax of them. `before_reading`, if given, is called with the path of each before it is opened, and may throw.
+/// Completes `tree` by the scenario file that its key `base` names, and by the base of that file in turn. Values of the
+/// tree itself win. Groups are completed key by key; lists are taken as a whole.
+/// \param source          name of the tree in errors.
+/// \param folder          folder from which a relative `base` starts.
+/// \param before_reading  called with the path of each base before it is opened, if given; it may throw.
+/// Throws InputError, which lists the chain of files, if a base cannot be read or leads back to itself, or if there are
+/// more than kBasesMax of them.
 Layers layers(const YAML::Node& tree, const std::string& source, const std::string& folder,
               const std::function<void(const std::string&)>& before_reading = {});
+/// Most base files of one scenario, one behind the other.
 inline constexpr std::size_t kBasesMax = 8;
 
-/// Reads and validates a scenario file. Throws InputError (unreadable file, YAML syntax, key, type, unit, range).
+/// Reads and validates a scenario file. Throws InputError if the file cannot be read, is not YAML, or has an unknown
+/// key or a value of wrong type, unit or range.
 Scenario read_scenario_file(const std::string& path, const std::vector<Override>& overrides = {});
 
-/// The same from a tree; `source` names it in errors ("scenario.yaml", "/train_derail/scenario"). A relative `base`
-/// starts from the folder of `source`.
+/// Reads and validates a scenario from a tree; `source` is its name in errors ("scenario.yaml",
+/// "/train_derail/scenario"). A relative `base` starts from the folder of `source`.
 Scenario read_scenario(const YAML::Node& tree, const std::string& source, const std::vector<Override>& overrides = {});
+/// Reads and validates a scenario from a tree whose bases have been read.
 Scenario read_scenario(const Layers& layers, const std::string& source, const std::vector<Override>& overrides = {});
 
-/// Range and cross-field checks of a scenario that was built or changed in code. Throws InputError.
+/// Checks a scenario that was built or changed in code: the range of each value, and values that must fit each other.
+/// Throws InputError for the first mistake.
 void validate(const Scenario& scenario);
 
 }  // namespace train_derail::inputs

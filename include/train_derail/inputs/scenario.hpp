@@ -1,4 +1,6 @@
-// One Scenario is everything a run depends on. Plain data in SI units; angles in radians.
+/// \file
+/// All inputs of a run as plain data. Values are in SI units, angles in radians. inputs/schema.hpp has the allowed
+/// range of each, docs/model.md and docs/accident_model.md have the equations in which they occur.
 #pragma once
 
 #include <cstdint>
@@ -11,196 +13,210 @@
 
 namespace train_derail::inputs {
 
-/// Exact conversions for what people read and for the defaults that the paper states in US units.
-inline constexpr double kFoot = 0.3048;                     // m
-inline constexpr double kMph = 0.44704;                     // m/s
-inline constexpr double kPoundForce = 4.4482216152605;      // N
-inline constexpr double kKip = 1000.0 * kPoundForce;        // N
-inline constexpr double kDegree = 0.017453292519943295769;  // rad
-inline constexpr double kStandardGravity = 9.80665;         // m/s^2
+/// SI values of units that people read, and in which the paper states its values; all exact by definition.
+inline constexpr double kFoot = 0.3048;                     ///< m
+inline constexpr double kMph = 0.44704;                     ///< m/s
+inline constexpr double kPoundForce = 4.4482216152605;      ///< N
+inline constexpr double kKip = 1000.0 * kPoundForce;        ///< N
+inline constexpr double kDegree = 0.017453292519943295769;  ///< rad
+inline constexpr double kStandardGravity = 9.80665;         ///< m/s^2
 
+/// "No limit", .inf in a file.
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// What a block does to the brake pipe besides passing the signal on.
+/// Whether a block opens the brake pipe by itself, besides passing the signal on.
 enum class BrakeSource {
   none,
-  remote,  // a distributed locomotive or an end-of-train device: vents its end by radio
+  remote,  ///< a distributed locomotive or an end-of-train device, which opens the pipe when it is told by radio
 };
 
-/// `count` equal cars, one behind the other. Blocks follow each other from the first car to derail back.
+/// `count` equal cars, one behind the other. The blocks of a consist follow each other from the foremost car back.
 struct CarBlock {
-  std::string name = "car";  // chooses the body shown in pictures (ros/car_shape.hpp)
-  int count = 0;
-  double length = 0.0;                         // L, between the coupler pins [m]
-  double weight = 0.0;                         // W, on the rails [N]
-  double width = 10.0 * kFoot;                 // of the footprint [m]
-  std::optional<double> truck_spacing;         // D, between truck centres [m]
-  std::optional<double> truck_spacing_factor;  // D / L [-]
-  std::optional<double> yaw_inertia;           // I, about the centre of mass [kg m^2]
-  std::optional<double> yaw_inertia_factor;    // I / (M L^2) [-]
-  double brake_share = 1.0;                    // of brakes.force that these cars develop; 0: cut out [-]
-  BrakeSource brake_source = BrakeSource::none;
+  std::string name = "car";                    ///< kind of car; chooses the body shown in pictures (ros/car_shape.hpp)
+  int count = 0;                               ///< number of cars
+  double length = 0.0;                         ///< L, distance between the coupler pins [m]
+  double weight = 0.0;                         ///< W, weight of one car [N]
+  double width = 10.0 * kFoot;                 ///< width of the footprint [m]
+  std::optional<double> truck_spacing;         ///< D, distance between the truck centres [m]
+  std::optional<double> truck_spacing_factor;  ///< D / L, instead of truck_spacing [-]
+  std::optional<double> yaw_inertia;           ///< I, about the vertical axis through the centre of mass [kg m^2]
+  std::optional<double> yaw_inertia_factor;    ///< I / (M L^2), instead of yaw_inertia [-]
+  double brake_share = 1.0;  ///< share of Brakes::force that these cars develop; 0: brakes cut out [-]
+  BrakeSource brake_source = BrakeSource::none;  ///< whether the block opens the brake pipe
 
+  /// D / L if neither truck spacing is given [-].
   static constexpr double kDefaultTruckSpacingFactor = 0.71;
+  /// I / (M L^2) if neither yaw inertia is given [-].
   static constexpr double kDefaultYawInertiaFactor = 0.093;
 };
 
-/// Massless pin-ended bar between two cars (paper, figures 2 to 4).
+/// Coupler between two cars: a massless bar with a pin at each end (paper, figures 2 to 4). All couplers are alike.
 struct Coupler {
-  double length = 4.0 * kFoot;                                // G0, pin to pin at mid-slack [m]
-  double slack = 0.25 * kFoot;                                // s, whole dead band of the gap [m]
-  double stiffness = 50.0e6 * kPoundForce / kFoot;            // K, buff and draft [N/m]
-  double swing_limit = 17.5 * kDegree;                        // S, free swing to either side [rad]
-  double swing_stiffness = 3.6e4 * kPoundForce * kFoot;       // K_m, beyond the limit [N m/rad]
-  double swing_moment_max = kInfinity;                        // m_max, plateau of the end moment [N m]
-  double draft_gear_stiffness = 1.5e6 * kPoundForce / kFoot;  // of the first draft_gear_travel beyond the slack [N/m]
-  double draft_gear_travel = 0.0;                             // then `stiffness`; 0: no draft gear [m]
-  double damping_ratio = 0.0;       // of two cars on the first spring; never turns the force round [-]
-  double break_draft = kInfinity;   // draft force at which it breaks [N]
-  double break_swing = kInfinity;   // swing angle at either end at which it breaks [rad]
-  double break_moment = kInfinity;  // |sum of the end moments| at which it breaks [N m]
+  double length = 4.0 * kFoot;  ///< G0, gap from pin to pin at mid-slack [m]
+  double slack = 0.25 * kFoot;  ///< s, whole range of the gap without axial force, half on either side of G0 [m]
+  double stiffness = 50.0e6 * kPoundForce / kFoot;  ///< K, in buff and draft, beyond slack and draft gear [N/m]
+  double swing_limit = 17.5 * kDegree;              ///< S, swing to either side at which the swing stop begins [rad]
+  double swing_stiffness = 3.6e4 * kPoundForce * kFoot;       ///< K_m, stiffness of the swing stop [N m/rad]
+  double swing_moment_max = kInfinity;                        ///< m_max, largest moment of the swing stop [N m]
+  double draft_gear_stiffness = 1.5e6 * kPoundForce / kFoot;  ///< k_1, over the travel of the draft gear [N/m]
+  double draft_gear_travel = 0.0;  ///< T, travel beyond the slack; then `stiffness` acts; 0: no draft gear [m]
+  double damping_ratio = 0.0;      ///< of two cars on the first spring; damping never changes the sign of the force [-]
+  double break_draft = kInfinity;  ///< draft force at which the coupler breaks [N]
+  double break_swing = kInfinity;  ///< swing at either end at which the coupler breaks [rad]
+  double break_moment = kInfinity;  ///< |sum of the end moments| at which the coupler breaks [N m]
 };
 
-/// What a car on the rails feels sideways: the thing that the paper leaves open (docs/model.md).
+/// Lateral force on a car that is on the track. The paper does not say what it is (docs/model.md, section 2).
 enum class OnTrackLaw {
-  isotropic,    // Coulomb force against the whole velocity of the truck
-  along_track,  // force along x alone; sideways the car is free
-  guided,       // rails hold y = 0, theta = 0 until the car passes the point of derailment
-  rails,        // elastic rails that yield: group `rails`
+  isotropic,    ///< Coulomb friction against the velocity of the truck, in any direction
+  along_track,  ///< friction along x only; no lateral force
+  guided,       ///< rigid rails hold y = 0 and theta = 0 until the car passes the point of derailment
+  rails,        ///< elastic rails that yield, see Rails
 };
 
-/// Ground force on a truck off the rails.
+/// Friction of the ground on a truck that is off the rails.
 enum class OffTrackLaw {
-  coulomb,  // off_track_friction
-  by_slip,  // from in_line_friction to broadside_friction with the slip angle and the distance from the track
+  coulomb,  ///< constant: Ground::off_track_friction
+  by_slip,  ///< rises with slip angle and distance from the track, from in_line_friction to broadside_friction
 };
 
-/// Rectangle of ground whose friction differs.
+/// Rectangle of ground with another friction. x: along the track from the point of derailment; y: to the left of it.
 struct GroundPatch {
-  double x_from = 0.0, x_to = 0.0, y_from = 0.0, y_to = 0.0;  // m
-  double factor = 1.0;                                        // of the friction elsewhere [-]
+  double x_from = 0.0, x_to = 0.0, y_from = 0.0, y_to = 0.0;  ///< edges [m]
+  double factor = 1.0;                                        ///< friction here over friction elsewhere [-]
 };
 
+/// Friction under the trucks.
 struct Ground {
-  double on_track_friction = 0.15;   // mu before the point of derailment [-]
-  double off_track_friction = 0.50;  // mu from it on [-]
-  OnTrackLaw on_track_law = OnTrackLaw::isotropic;
-  double regularization_speed = 0.1 * kFoot;  // v_eps of v / sqrt(v^2 + v_eps^2) [m/s]
-  OffTrackLaw off_track_law = OffTrackLaw::coulomb;
-  double in_line_friction = 0.25;     // mu_0 of a truck that slides along its car's axis, on the track's bed [-]
-  double broadside_friction = 0.75;   // mu_1 of one that slides across it, or lies far from the track [-]
-  double slip_ratio = 0.35;           // |v across the car| / |v| at which mu_1 is reached [-]
-  double far_distance = 7.0 * kFoot;  // beyond the rail, at which mu_1 is reached [m]
-  std::vector<GroundPatch> patches;   // factors multiply where they overlap
+  double on_track_friction = 0.15;                   ///< mu of a car before the point of derailment [-]
+  double off_track_friction = 0.50;                  ///< mu of a car past the point of derailment [-]
+  OnTrackLaw on_track_law = OnTrackLaw::isotropic;   ///< lateral force on the track
+  double regularization_speed = 0.1 * kFoot;         ///< v_eps: friction is mu N v / sqrt(v^2 + v_eps^2) [m/s]
+  OffTrackLaw off_track_law = OffTrackLaw::coulomb;  ///< friction off the rails
+  double in_line_friction = 0.25;     ///< mu_0 of a truck that slides along its car's axis on the track bed [-]
+  double broadside_friction = 0.75;   ///< mu_1 of a truck that slides across that axis, or is far from the track [-]
+  double slip_ratio = 0.35;           ///< |v across the car| / |v| at which mu_1 is reached [-]
+  double far_distance = 7.0 * kFoot;  ///< distance from the rail at which mu_1 is reached [m]
+  std::vector<GroundPatch> patches;   ///< rectangles of other friction; factors multiply where they overlap
 };
 
-/// Rails that hold a truck sideways until they yield (on_track_law: rails).
+/// Rails that hold a truck sideways until they yield (OnTrackLaw::rails).
 struct Rails {
-  double stiffness = 2.0e6 * kPoundForce / kFoot;  // k_r, lateral, a truck [N/m]
-  double damping_ratio = 0.15;                     // of half a car on k_r [-]
-  double derail_ratio = 0.9;         // L/V, lateral force over load of a truck, beyond which it leaves [-]
-  double derail_time = 0.02;         // ... if exceeded for that long [s]
-  double torn_length = 5.0 * kFoot;  // of track that a truck tears up where it leaves; 0: none [m]
+  double stiffness = 2.0e6 * kPoundForce / kFoot;  ///< k_r, lateral stiffness under one truck [N/m]
+  double damping_ratio = 0.15;                     ///< damping ratio of half a car on k_r [-]
+  double derail_ratio = 0.9;         ///< L/V: lateral force over load beyond which a truck leaves the rails [-]
+  double derail_time = 0.02;         ///< time for which L/V must be exceeded without interruption [s]
+  double torn_length = 5.0 * kFoot;  ///< length of track that a truck tears up where it leaves the rails; 0: none [m]
 };
 
-/// Arc of constant curvature; between arcs and outside of them the track is straight.
+/// Arc of constant curvature. The track is straight between the arcs and outside of them.
 struct Curve {
-  double start = 0.0;      // along the track from the point of derailment, forward [m]
-  double length = 0.0;     // m
-  double curvature = 0.0;  // 1 / radius, to the left positive [1/m]
+  double start = 0.0;      ///< arc length where it begins, from the point of derailment, forward [m]
+  double length = 0.0;     ///< length of the arc [m]
+  double curvature = 0.0;  ///< 1 / radius, positive to the left [1/m]
 };
 
-/// Horizontal alignment and grade; both need on_track_law: rails.
+/// Curves and grade of the track; both need OnTrackLaw::rails.
 struct Track {
-  double grade = 0.0;         // rise over run in the direction of travel [-]
-  std::vector<Curve> curves;  // in the order of start, not overlapping
+  double grade = 0.0;         ///< rise over run in the direction of travel, uphill positive [-]
+  std::vector<Curve> curves;  ///< in the order of their start, without overlap
 };
 
+/// How cars on the track are braked.
 enum class BrakeLaw {
-  friction,  // the paper's: on_track_friction on every car, at once
-  air,       // emergency application that runs along the brake pipe and builds up
+  friction,  ///< as in the paper: Ground::on_track_friction on every car from the start
+  air,       ///< an emergency application that runs along the brake pipe and builds up
 };
 
+/// How the brake signal travels: along the air pipe, or to all cars at once (ECP).
 enum class BrakeSignal { pneumatic, electronic };
 
-/// Brakes of the cars on the track (law: air).
+/// Brakes of the cars on the track. All but `law` belong to BrakeLaw::air.
 struct Brakes {
-  BrakeLaw law = BrakeLaw::friction;
-  double rolling_resistance = 0.0015;           // over weight [-]
-  double force = 0.05;                          // B, brake force over weight in emergency, built up; 0: a runaway [-]
-  double build_up_time = 12.0;                  // t_b, linear from nothing to B [s]
-  double dead_time = 1.0;                       // of each car's valve, after the signal [s]
-  double propagation_speed = 920.0 * kFoot;     // of the signal along the pipe [m/s]
-  double radio_delay = 2.0;                     // of sources that vent by radio [s]
-  BrakeSignal signal = BrakeSignal::pneumatic;  // electronic: all cars at once
-  std::optional<double> emergency_time;         // of the application [s]; none: when the first coupler breaks
+  BrakeLaw law = BrakeLaw::friction;   ///< how cars are braked
+  double rolling_resistance = 0.0015;  ///< rolling resistance over weight [-]
+  double force = 0.05;                 ///< B, full brake force over weight in an emergency; 0: a runaway train [-]
+  double build_up_time = 12.0;         ///< t_b, time in which the force rises linearly from 0 to B [s]
+  double dead_time = 1.0;              ///< delay of each car's valve after the signal [s]
+  double propagation_speed = 920.0 * kFoot;     ///< speed of the signal along the brake pipe [m/s]
+  double radio_delay = 2.0;                     ///< delay of brake sources that are told by radio [s]
+  BrakeSignal signal = BrakeSignal::pneumatic;  ///< how the signal travels
+  std::optional<double> emergency_time;         ///< time of the application [s]; none: when the first coupler breaks
 };
 
+/// Force between two cars whose footprints overlap.
 enum class ContactLaw {
-  none,     // bodies pass through each other, as in the paper
-  elastic,  // footprints push each other apart
+  none,     ///< bodies pass through each other, as in the paper
+  elastic,  ///< footprints push each other apart
 };
 
-/// Contact of the footprints of any two cars.
+/// Contact of any two cars.
 struct Contact {
-  ContactLaw law = ContactLaw::none;
-  double stiffness = 3.0e6 * kPoundForce / kFoot;  // k_c, force over depth [N/m]
-  double restitution = 0.2;                        // speed after over speed before, of a central hit [-]
-  double friction = 0.3;                           // [-]
-  double crush_force = kInfinity;                  // plateau: the bodies yield [N]
+  ContactLaw law = ContactLaw::none;               ///< which force
+  double stiffness = 3.0e6 * kPoundForce / kFoot;  ///< k_c, force over depth of the overlap [N/m]
+  double restitution = 0.2;                        ///< e, speed after over speed before a central impact [-]
+  double friction = 0.3;                           ///< friction coefficient between two bodies [-]
+  double crush_force = kInfinity;                  ///< largest normal force; beyond it the bodies are crushed [N]
 };
 
-/// Small random differences between otherwise equal runs (ensembles). Zero sizes: none.
+/// Small random differences between runs that are equal otherwise. N(0,1) is a normal random number. A size of 0
+/// switches a difference off.
 struct Perturbation {
-  double spacing = 0.0;   // car k > 1 is set back by spacing * |N(0,1)| [m]
-  double yaw_rate = 0.0;  // yaw_rate is multiplied by 1 + this * N(0,1) [-]
-  std::int64_t seed = 0;
-  double kick = 0.0;       // a truck that runs off at the point of derailment gets this * N(0,1) sideways [m/s]
-  double alignment = 0.0;  // standard deviation of the rails' lateral alignment [m]
+  double spacing = 0.0;    ///< every car but the first starts farther back by this * |N(0,1)| [m]
+  double yaw_rate = 0.0;   ///< InitialMotion::yaw_rate is multiplied by 1 + this * N(0,1) [-]
+  std::int64_t seed = 0;   ///< seed of all random numbers of the run
+  double kick = 0.0;       ///< a truck that derails at the point of derailment gets this * N(0,1) sideways [m/s]
+  double alignment = 0.0;  ///< standard deviation of the lateral alignment of the rails [m]
 };
 
+/// Motion of the train at time 0.
 struct InitialMotion {
-  double speed = 0.0;     // V of all cars, along +x [m/s]
-  double yaw_rate = 0.0;  // Omega of the first car to derail, counter-clockwise [rad/s]
-  int cars_ahead = 0;     // of the consist that have passed the point of derailment unharmed
-  Perturbation perturbation;
+  double speed = 0.0;         ///< V, speed of all cars, forward along the track [m/s]
+  double yaw_rate = 0.0;      ///< Omega, yaw rate of the first car to derail, counter-clockwise positive [rad/s]
+  int cars_ahead = 0;         ///< foremost cars of the consist, which have passed the point of derailment on the rails
+  Perturbation perturbation;  ///< random differences
 };
 
+/// When a run ends.
 struct StopRule {
-  double speed = 0.05;      // the run ends at rest: every truck centre slower than this [m/s]
-  double time_max = 120.0;  // or at this time [s]
+  double speed = 0.05;      ///< the run ends when every truck centre is slower than this [m/s]
+  double time_max = 120.0;  ///< the run ends at this time at the latest [s]
 };
 
-/// How the outcome is counted; no influence on the motion.
+/// How the outcome is counted. Without influence on the motion.
 struct OutcomeRules {
-  double off_track_threshold = 0.5 * kFoot;  // |y| of a truck centre that makes its car count as off the track [m]
-  double sample_interval = 0.01;  // spacing of the samples in which counts, contacts, the stop rule are looked at [s]
+  double off_track_threshold =
+      0.5 * kFoot;  ///< distance of a truck centre from the centre line, beyond which a car is off track [m]
+  double sample_interval = 0.01;  ///< time between two samples of counts, touches and the stop rule [s]
 };
 
-/// Grid of simulated time on which states are published and written.
+/// When states are published and written.
 struct Output {
-  double interval = 0.02;  // [s]
+  double interval = 0.02;  ///< simulated time from one state to the next [s]
 };
 
+/// Method of integration.
 enum class Method {
-  cash_karp,
-  dormand_prince,
-  bdf,
-  semi_implicit,  // Euler's, fixed_step; the one that takes the parts which are not smooth
+  cash_karp,       ///< explicit Runge-Kutta 5(4) of Cash and Karp
+  dormand_prince,  ///< explicit Runge-Kutta 5(4) of Dormand and Prince
+  bdf,             ///< backward differentiation formulas, implicit
+  semi_implicit,   ///< semi-implicit Euler with a fixed step; the only one for parts of the model that are not smooth
 };
 
+/// Integration in time.
 struct Solver {
   Method method = Method::dormand_prince;
-  double rtol = 1.0e-5;                 // relative tolerance of the local error [-]
-  double atol = 1.0e-6;                 // absolute tolerance, in m, rad, m/s, rad/s
-  std::optional<double> fixed_step;     // explicit and semi-implicit methods: no error control [s]
-  std::int64_t steps_max = 10'000'000;  // more are taken for a failure
-  double wall_time_max = 300.0;         // so is more computing than this [s]
+  double rtol = 1.0e-5;                 ///< relative tolerance of the local error [-]
+  double atol = 1.0e-6;                 ///< absolute tolerance, in m, rad, m/s, rad/s
+  std::optional<double> fixed_step;     ///< fixed step instead of error control, explicit and semi-implicit methods [s]
+  std::int64_t steps_max = 10'000'000;  ///< a run that needs more steps has failed
+  double wall_time_max = 300.0;         ///< so has a run that needs more computing time [s]
 };
 
+/// All inputs of one run; one member for each group of keys.
 struct Scenario {
-  std::string title;
-  std::vector<CarBlock> consist;
+  std::string title;              ///< one line for tables and pictures
+  std::vector<CarBlock> consist;  ///< from the foremost car back
   Coupler coupler;
   Ground ground;
   Rails rails;
@@ -214,7 +230,8 @@ struct Scenario {
   Solver solver;
 };
 
-/// Keys of the parts beyond the paper that are switched on, "" if none: they need the method semi_implicit.
+/// Returns the key of a part beyond the paper's model that is switched on, or "" if there is none. Such parts need
+/// Method::semi_implicit.
 std::string first_part_beyond_the_paper(const Scenario& scenario);
 
 }  // namespace train_derail::inputs

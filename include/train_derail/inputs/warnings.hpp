@@ -1,4 +1,5 @@
-// What a scenario may hold but what should be looked at before its numbers are believed.
+/// \file
+/// Warnings about a scenario: values that are allowed, but that should be checked before the results are believed.
 #pragma once
 
 #include <string>
@@ -9,21 +10,23 @@
 
 namespace train_derail::inputs {
 
-/// An input that is allowed but unusual, or without effect.
+/// An input that is allowed, but is unusual or has no effect.
 struct Warning {
-  std::string key;    ///< "coupler.break_draft", "consist[0].weight"; empty if it is about several
-  std::string value;  ///< as people read it; empty if there is none
-  std::string text;   ///< what is odd about it, and what would be usual
+  std::string key;    ///< "coupler.break_draft", "consist[0].weight"; empty if several keys are meant
+  std::string value;  ///< value in the unit that people read; empty if there is none
+  std::string text;   ///< what is unusual, and what would be usual
 };
 
-/// "coupler.slack = 5 ft: longer than usual: 0 to 1 ft", one line.
+/// Returns a warning as one line: "coupler.slack = 5 ft: more than usual: 0 to 0.9843 ft".
 std::string to_string(const Warning& warning);
 
-/// Of a valid scenario; empty if nothing is odd. Odd are numbers out of their usual range, values other than the
-/// default that the chosen laws do not use, and trains of which nothing was compared with reality.
+/// Returns the warnings for a valid scenario; none if nothing is unusual. There is a warning for each number outside
+/// its usual range, for each value that is not the default and that the chosen laws do not use, and for trains of a
+/// kind that has not been compared with real accidents.
 std::vector<Warning> warnings(const Scenario& scenario);
 
-/// The same for a scenario with changed inputs: each of `given` that has no effect, even if it is the default.
+/// The same for a scenario with the changed inputs `given`: a changed input without effect gives a warning even if its
+/// value is the default.
 std::vector<Warning> warnings(const Scenario& scenario, const std::vector<Override>& given);
 
 }  // namespace train_derail::inputs

@@ -1,3 +1,5 @@
+/// \file
+/// Writes a scenario as YAML, and the list of all keys.
 #pragma once
 
 #include <string>
@@ -6,11 +8,11 @@
 
 namespace train_derail::inputs {
 
-/// The whole scenario as YAML in SI units, every default filled in, each value annotated in the unit people read.
-/// read_scenario() of it gives the same scenario back.
+/// Returns the whole scenario as YAML in SI units, with all defaults filled in. A comment gives each number in the unit
+/// that people read. read_scenario() reads the same scenario back from it.
 std::string to_yaml(const Scenario& scenario);
 
-/// Table of every key: unit, allowed range, default, meaning.
+/// Returns the list of all keys for `derail keys`: allowed and usual range with unit, default, meaning, when it acts.
 std::string describe_keys();
 
 }  // namespace train_derail::inputs

@@ -1,4 +1,5 @@
-// What a run yields, described once.
+/// \file
+/// Description of every field of an outcome.
 #pragma once
 
 #include <string>
@@ -8,13 +9,16 @@
 
 namespace train_derail::outcome {
 
-/// In the order in which JSON, tables and journals have them.
+/// Returns all fields of an outcome, in the order of JSON, tables and journals.
 const fields::Fields<Outcome>& outcome_fields();
 
-/// A line of a table for people: "12.3 m/s", "27.5 mph", "cars 3 and 4 at 1.25 s".
+/// The value of a field as the texts of a table's row.
 struct Row {
-  std::string si, shown, note;
+  std::string si,  ///< in SI units, "12.3 m/s"
+      shown,       ///< in the unit that people read, "27.5 mph"; empty if it is the SI unit
+      note;        ///< where and when, "cars 3 and 4 at 1.25 s"; empty if there is no remark
 };
+/// Returns the row of a field for one outcome.
 Row row_of(const fields::Field<Outcome>& field, const Outcome& outcome);
 
 }  // namespace train_derail::outcome

@@ -1,3 +1,5 @@
+/// \file
+/// Incidents of a run as a table (`derail run --incidents`).
 #pragma once
 
 #include <iosfwd>
@@ -6,8 +8,8 @@
 
 namespace train_derail::outcome {
 
-/// Table of what happened, in the order of time: trucks that left the rails, couplers that broke, impacts. Cars and
-/// couplers are numbered from 1 as in Outcome; SI; columns that do not apply are empty.
+/// Writes the incidents as CSV in the order of time: trucks that left the rails, couplers that broke, impacts. Numbers
+/// are in SI units. Cars and couplers are numbered from 1 as in Outcome. Columns that do not apply to a row are empty.
 void write_incidents_csv(std::ostream& out, const model::Incidents& incidents);
 
 }  // namespace train_derail::outcome

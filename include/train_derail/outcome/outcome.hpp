@@ -1,4 +1,6 @@
-// What a run yields. Cars and couplers are numbered from 1 as in the paper; 0 means "none".
+/// \file
+/// The outcome of a run. Cars and couplers are numbered from 1 as in the paper; 0 means "none". Numbers are in SI
+/// units. outcome/fields.hpp gives each value its name and explanation in JSON, tables and messages.
 #pragma once
 
 #include <array>
@@ -13,94 +15,106 @@
 
 namespace train_derail::outcome {
 
+/// Why a run ended.
 enum class Ended {
-  running,             // not yet
-  at_rest,             // every truck slower than stop.speed
-  time_max,            // stop.time_max reached
-  integration_failed,  // see message
+  running,             ///< it has not ended yet
+  at_rest,             ///< every truck is slower than stop.speed
+  time_max,            ///< stop.time_max was reached
+  integration_failed,  ///< the integration failed, see Outcome::message
 };
+/// Names of Ended in files and messages, by its value.
 inline constexpr std::array<std::string_view, 4> kEndedNames{"running", "at_rest", "time_max", "integration_failed"};
+/// Returns the name of `ended`.
 inline std::string_view to_string(Ended ended) { return kEndedNames[static_cast<std::size_t>(ended)]; }
 
-/// Two cars whose footprints (length x width rectangles) come to touch: the relative speed of the two bodies at the
-/// point of first touch, at the sample in which it is first seen. The model lets bodies pass through each other: only
-/// the first touch of a pair counts, and again after they have parted.
+/// A touch of two cars: their footprints (rectangles, length by width) begin to overlap. Speeds are those of the two
+/// bodies at the point of the touch, in the sample in which the overlap is first seen. Without contact forces bodies
+/// pass through each other; then a pair of cars counts once until their footprints have parted again.
 struct Closing {
-  double speed = 0.0;         // magnitude of the relative velocity [m/s]
-  double normal_speed = 0.0;  // its component that closes the gap [m/s]
-  int car_a = 0, car_b = 0;   // a < b
-  double time = 0.0;          // s
-  double x = 0.0, y = 0.0;    // where [m]
+  double speed = 0.0;         ///< closing speed: magnitude of the relative velocity [m/s]
+  double normal_speed = 0.0;  ///< closing speed normal: the component that closes the gap [m/s]
+  int car_a = 0, car_b = 0;   ///< the two cars, car_a < car_b
+  double time = 0.0;          ///< simulated time [s]
+  double x = 0.0, y = 0.0;    ///< point of the touch, world frame [m]
 };
 
-/// Largest relative speed of two neighbouring cars whose coupler holds: of their facing pins, or of their centres of
-/// mass.
+/// Largest relative speed of two neighbouring cars whose coupler is not broken, either of their facing pins or of their
+/// centres of mass.
 struct RelativeSpeed {
-  double speed = 0.0;  // m/s
-  int coupler = 0;     // between cars `coupler` and `coupler + 1`
-  double time = 0.0;   // s
+  double speed = 0.0;  ///< magnitude of the relative velocity [m/s]
+  int coupler = 0;     ///< coupler between the cars `coupler` and `coupler + 1`
+  double time = 0.0;   ///< simulated time [s]
 };
 
+/// Largest force of any coupler.
 struct PeakForce {
-  double force = 0.0;  // magnitude [N]
-  int coupler = 0;
-  double time = 0.0;  // s
+  double force = 0.0;  ///< magnitude [N]
+  int coupler = 0;     ///< coupler between the cars `coupler` and `coupler + 1`
+  double time = 0.0;   ///< simulated time [s]
 };
 
-/// Extent of the footprints of the cars that have derailed or are off the track.
+/// The pile-up: the cars that have derailed or are off the track, and what their footprints cover.
 struct PileUp {
-  double length = 0.0;       // along the track [m]
-  double width = 0.0;        // across it [m]
-  double area = 0.0;         // of the convex hull [m^2]
-  int cars_across = 0;       // stand at more than 60 degrees to the track
-  int groups = 0;            // of derailed cars next to each other in the train
-  int main_cars = 0;         // in the main pile: cars turned by more than 30 degrees, no gap longer than kMainPileGap
-  double main_length = 0.0;  // of the main pile, along the track [m]
+  double length = 0.0;       ///< along the track [m]
+  double width = 0.0;        ///< across the track [m]
+  double area = 0.0;         ///< area of the convex hull of the footprints [m^2]
+  int cars_across = 0;       ///< cars at more than 60 degrees to the track
+  int groups = 0;            ///< groups of counted cars that are next to each other in the train
+  int main_cars = 0;         ///< cars in the main pile: turned by more than 30 degrees, no gap longer than kMainPileGap
+  double main_length = 0.0;  ///< length of the main pile along the track [m]
 };
-inline constexpr double kMainPileGap = 15.0;                    // along the track [m]
-inline constexpr double kMainPileCosine = 0.86602540378443865;  // of 30 degrees
+/// Largest gap between neighbours in the main pile, along the track [m].
+inline constexpr double kMainPileGap = 15.0;
+/// Cosine of the angle of 30 degrees beyond which a car counts as turned.
+inline constexpr double kMainPileCosine = 0.86602540378443865;
 
-/// Bodies that hit each other (contact.law); those that close at less than 1 mph are not counted.
+/// Impacts of car bodies with contact forces (contact.law). Those whose closing speed normal is below kImpactSpeedMin
+/// are left out.
 struct Impacts {
-  int count = 0;
-  double closing_normal_max = 0.0;  // speed at which the gap closed [m/s]
-  double peak_force = 0.0;          // normal [N]
-  double impulse_max = 0.0;         // [N s]
+  int count = 0;                    ///< number of impacts
+  double closing_normal_max = 0.0;  ///< largest closing speed normal [m/s]
+  double peak_force = 0.0;          ///< largest normal force [N]
+  double impulse_max = 0.0;         ///< largest impulse of the normal force [N s]
 };
+/// Least closing speed normal of an impact that is counted, 1 mph [m/s].
 inline constexpr double kImpactSpeedMin = inputs::kMph;
 
-/// Cars by what took their first truck off the rails.
+/// Derailed cars by the cause that took their first truck off the rails; only for rails that yield.
 struct DerailedBy {
-  int pod = 0, lateral = 0, torn_track = 0;
+  int pod = 0,         ///< at the point of derailment
+      lateral = 0,     ///< by lateral force
+      torn_track = 0;  ///< on track that another truck had torn up
 };
 
+/// All that a run yields.
 struct Outcome {
-  int cars = 0;
-  int cars_past_pod = 0;      // centre of mass has reached x >= 0 (the paper's definition in its text)
-  int cars_derailed = 0;      // a truck off the rails; where rails never yield, the cars past the point of derailment
-  DerailedBy derailed_by;     // rails that yield only
-  int cars_off_track = 0;     // a truck centre has ever been sideways by more than outcome.off_track_threshold
-  Closing closing_speed_max;  // the fastest
-  int touches = 0;            // first touches of footprints that were counted
-  RelativeSpeed relative_speed_max;  // of facing pins
-  RelativeSpeed centre_speed_max;    // of centres of mass
-  PeakForce coupler_buff_peak;
-  PeakForce coupler_draft_peak;
-  double stop_time = 0.0;  // simulated time at the end, or so far [s]
+  int cars = 0;               ///< cars in the train
+  int cars_past_pod = 0;      ///< cars whose centre of mass has reached x >= 0 ("derailed" in the paper's text)
+  int cars_derailed = 0;      ///< cars with a truck off the rails; where rails never yield: cars_past_pod
+  DerailedBy derailed_by;     ///< the derailed cars by cause; rails that yield only
+  int cars_off_track = 0;     ///< cars of which a truck centre was ever farther off than outcome.off_track_threshold
+  Closing closing_speed_max;  ///< the touch with the largest closing speed
+  int touches = 0;            ///< number of touches
+  RelativeSpeed relative_speed_max;  ///< of the facing pins of neighbours
+  RelativeSpeed centre_speed_max;    ///< of the centres of mass of neighbours
+  PeakForce coupler_buff_peak;       ///< largest compression
+  PeakForce coupler_draft_peak;      ///< largest tension
+  double stop_time = 0.0;            ///< simulated time at the end, or so far [s]
   PileUp pile_up;
-  int couplers_broken = 0;
+  int couplers_broken = 0;  ///< couplers that broke, by draft force, swing or moment
   Impacts impacts;
-  double blockage_force = 0.0;   // mean buff force on the foremost car that stands on the rails behind the derailed
-                                 // ones, while their coupler holds [N]
-  model::EnergyLedger energy;    // at stop_time
-  double energy_initial = 0.0;   // J
-  double energy_residual = 0.0;  // |total - initial| / initial, or / what a grade has given a train that stood
-  Ended ended = Ended::running;
-  std::string message;                // why the integration failed
-  std::vector<std::string> warnings;  // what should be looked at before the numbers are believed; one line each
-  solver::Statistics solver;
-  double wall_time = 0.0;  // spent in integrating and monitoring [s]
+  double blockage_force = 0.0;        ///< mean buff force on the foremost car on the rails behind the derailed
+                                      ///< cars, while their coupler holds [N]
+  model::EnergyLedger energy;         ///< energies and works at stop_time
+  double energy_initial = 0.0;        ///< kinetic and strain energy at the start [J]
+  double energy_residual = 0.0;       ///< |total - initial| / initial; for a train that stood: / work of the grade [-]
+  Ended ended = Ended::running;       ///< why the run ended
+  std::string message;                ///< why the integration failed; empty otherwise
+  std::vector<std::string> warnings;  ///< what to check before the numbers are believed; one line each
+  solver::Statistics solver;          ///< counters of the integrator
+  double wall_time = 0.0;             ///< computing time of integration and monitoring [s]
 
+  /// Largest coupler force, buff or draft, a magnitude [N].
   double coupler_force_peak() const {
     return coupler_buff_peak.force > coupler_draft_peak.force ? coupler_buff_peak.force : coupler_draft_peak.force;
   }

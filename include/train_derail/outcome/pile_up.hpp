@@ -1,3 +1,5 @@
+/// \file
+/// Measures the pile-up of a train.
 #pragma once
 
 #include <functional>
@@ -8,10 +10,14 @@
 
 namespace train_derail::outcome {
 
-/// Where a point of a car, counted from 0, lies by the track.
+/// Function that finds the place of a point by the track: arc length, offset, direction. `car` (from 0) is the car that
+/// the point belongs to; `point` is in the world frame [m].
 using PlaceByTrack = std::function<model::TrackPlace(std::size_t car, const Vector2& point)>;
 
-/// Where the counted cars lie; cars in the order of the train.
+/// Measures the pile-up.
+/// \param cars     footprints of all cars in the order of the train.
+/// \param counted  for each car, whether it belongs to the pile-up; of the same length.
+/// \param place    finds the place of a point by the track.
 PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool>& counted, const PlaceByTrack& place);
 
 }  // namespace train_derail::outcome

@@ -1,4 +1,5 @@
-// The numbers of an outcome that studies and comparisons are made of.
+/// \file
+/// Quantities: the numbers of an outcome that studies and comparisons use.
 #pragma once
 
 #include <functional>
@@ -10,19 +11,20 @@
 
 namespace train_derail::outcome {
 
+/// One number of an outcome.
 struct Quantity {
-  std::string_view name;        ///< as in JSON
-  std::string_view unit;        ///< SI
-  std::string_view shown_unit;  ///< the one people read; "" if the same
-  double per_shown;             ///< SI value of one shown unit
-  std::string_view title;
-  std::function<double(const Outcome&)> value;
+  std::string_view name;                        ///< name as in JSON
+  std::string_view unit;                        ///< SI unit
+  std::string_view shown_unit;                  ///< unit that people read; "" if it is the SI unit
+  double per_shown;                             ///< SI value of one shown unit
+  std::string_view title;                       ///< title in tables
+  std::function<double(const Outcome&)> value;  ///< reads the number from an outcome, in SI units
 };
 
-/// Those of outcome_fields() that are marked for it, in their order.
+/// Returns all quantities: the fields of outcome_fields() marked by in_studies(), in their order.
 const std::vector<Quantity>& quantities();
 
-/// Null if there is none of that name.
+/// Returns the quantity of this name, or null if there is none.
 const Quantity* find_quantity(std::string_view name);
 
 }  // namespace train_derail::outcome

@@ -1,3 +1,5 @@
+/// \file
+/// An outcome as JSON and as a table.
 #pragma once
 
 #include <string>
@@ -6,10 +8,10 @@
 
 namespace train_derail::outcome {
 
-/// JSON object in SI units; keys are listed in README.md.
+/// Returns an outcome as a JSON object in SI units; docs/outcomes.md lists its keys.
 std::string to_json(const Outcome& outcome);
 
-/// Table for people: SI beside mph, kip, ft.
+/// Returns an outcome as a table for people: SI units beside mph, kip and ft.
 std::string to_table(const Outcome& outcome);
 
 }  // namespace train_derail::outcome
