@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "train_derail/model/contact_law.hpp"
-#include "wide.hpp"
 
 namespace train_derail::model {
 
@@ -18,18 +17,6 @@ Vector2 velocity_at(const CarColumns& q, int car, const Vector2& point) {
   return {q.vx[car] - q.omega[car] * (point.y() - q.y[car]), q.vy[car] + q.omega[car] * (point.x() - q.x[car])};
 }
 
-/// No point of any car moves faster [m/s].
-TRAIN_DERAIL_WIDE double fastest_point(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega,
-                                       const double* radius) {
-  double fastest = 0.0;
-#pragma omp simd reduction(max : fastest)
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const double speed = std::abs(vx[i]) + std::abs(vy[i]) + radius[i] * std::abs(omega[i]);
-    fastest = speed > fastest ? speed : fastest;
-  }
-  return fastest;
-}
-
 /// The face of a car that a push along `direction` (into the car) meets.
 Face face_met(const Footprint& box, const Vector2& direction) {
   const double along = box.axis.dot(direction), across = box.side().dot(direction);
@@ -39,8 +26,14 @@ Face face_met(const Footprint& box, const Vector2& direction) {
 
 }  // namespace
 
-Contacts::Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed)
-    : law_(law), regularization_speed_(regularization_speed), moved_(inputs::kInfinity), bounds_(cars.size()) {
+Contacts::Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed,
+                   const ExtendedKernels& loops, Record& record)
+    : law_(law),
+      regularization_speed_(regularization_speed),
+      loops_(loops),
+      record_(record),
+      moved_(inputs::kInfinity),
+      bounds_(cars.size()) {
   for (const Car& c : cars) {
     boxes_.push_back({Vector2::Zero(), Vector2::UnitX(), 0.5 * c.length, 0.5 * c.width});
     radius_.push_back(std::hypot(0.5 * c.length, 0.5 * c.width));
@@ -84,7 +77,7 @@ void Contacts::find_pairs() {
   }
 }
 
-void Contacts::add_forces(double t, double h, const CarColumns& q, const Loads& loads, Incidents& incidents) {
+void Contacts::add(double t, double h, const CarColumns& q, const Wrenches& loads) {
   pushes_.clear();
   const auto place = [&](std::size_t i) {
     boxes_[i].centre = {q.x[i], q.y[i]};
@@ -96,7 +89,8 @@ void Contacts::add_forces(double t, double h, const CarColumns& q, const Loads& 
     moved_ = 0.0;
   }
   // Half as much again for what speeds may grow within this step.
-  moved_ += 1.5 * h * fastest_point(static_cast<std::ptrdiff_t>(boxes_.size()), q.vx, q.vy, q.omega, radius_.data());
+  moved_ +=
+      1.5 * h * loops_.fastest_point(static_cast<std::ptrdiff_t>(boxes_.size()), q.vx, q.vy, q.omega, radius_.data());
 
   for (Pair& pair : pairs_) {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
@@ -120,7 +114,8 @@ void Contacts::add_forces(double t, double h, const CarColumns& q, const Loads& 
       const double push = share * contact_force(law_, m.depth[i], closing, pair.crushed);
       if (push <= 0.0) continue;
       force += push;
-      incidents.overlap_max = std::max(incidents.overlap_max, m.depth[i] - pair.crushed);
+      double& overlap = record_.incidents.overlap_max;
+      overlap = std::max(overlap, m.depth[i] - pair.crushed);
       const Vector2 slip = v + closing * m.normal;
       // No finer than one step can follow.
       const double v_eps = std::max(regularization_speed_, law_.friction * push * h / (0.25 * reduced_mass));
@@ -135,29 +130,28 @@ void Contacts::add_forces(double t, double h, const CarColumns& q, const Loads& 
       loads.moment[pair.b] -= rb.x() * f.y() - rb.y() * f.x();
       pushes_.push_back({pair.a, pair.b, p, normal, friction});
     }
-    note(t, h, pair, m, first_velocity, force, incidents);
+    note(t, h, pair, m, first_velocity, force);
   }
 }
 
-void Contacts::note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force,
-                    Incidents& incidents) const {
+void Contacts::note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force) {
+  std::vector<Impact>& impacts = record_.incidents.impacts;
   const Footprint &a = boxes_[static_cast<std::size_t>(pair.a)], &b = boxes_[static_cast<std::size_t>(pair.b)];
   if (pair.impact < 0 || t - pair.seen > kSameImpact) {
-    pair.impact = static_cast<int>(incidents.impacts.size());
+    pair.impact = static_cast<int>(impacts.size());
     const Vector2& p = m.point[0];
-    incidents.impacts.push_back({t, t, pair.a, pair.b, face_met(a, m.normal), face_met(b, -m.normal),
-                                 (p - a.centre).dot(a.axis), (p - b.centre).dot(b.axis), p.x(), p.y(), velocity.norm(),
-                                 -velocity.dot(m.normal), 0.0, 0.0});
+    impacts.push_back({t, t, pair.a, pair.b, face_met(a, m.normal), face_met(b, -m.normal), (p - a.centre).dot(a.axis),
+                       (p - b.centre).dot(b.axis), p.x(), p.y(), velocity.norm(), -velocity.dot(m.normal), 0.0, 0.0});
   }
   pair.seen = t;
-  Impact& impact = incidents.impacts[static_cast<std::size_t>(pair.impact)];
+  Impact& impact = impacts[static_cast<std::size_t>(pair.impact)];
   impact.end = t + h;
   impact.impulse += force * h;
   impact.peak_force = std::max(impact.peak_force, force);
 }
 
-Contacts::Work Contacts::work(double h, const CarColumns& before, const CarColumns& after) const {
-  Work w;
+void Contacts::account(double h, const CarColumns& before, const CarColumns& after) {
+  double crushing = 0.0, friction = 0.0;
   for (const Push& p : pushes_) {
     // Arms of the beginning of the step, where the forces acted.
     const auto velocity = [&](int car) {
@@ -167,10 +161,23 @@ Contacts::Work Contacts::work(double h, const CarColumns& before, const CarColum
                      0.5 * (before.vy[car] + after.vy[car]) + omega * r.x());
     };
     const Vector2 v = velocity(p.a) - velocity(p.b);
-    w.normal -= h * p.normal.dot(v);
-    w.friction -= h * p.friction.dot(v);
+    crushing -= h * p.normal.dot(v);
+    friction -= h * p.friction.dot(v);
   }
-  return w;
+  record_.spent.work_impact_normal += crushing;
+  record_.spent.work_impact_friction += friction;
+}
+
+void Contacts::walk(files::Archive& archive) {
+  archive.value("moved", moved_);
+  archive.list("by_x", by_x_, [&](int& car) { archive.value("car", car); });
+  archive.list("pairs", pairs_, [&](Pair& p) {
+    archive.value("a", p.a);
+    archive.value("b", p.b);
+    archive.value("crushed", p.crushed);
+    archive.value("impact", p.impact);
+    archive.value("seen", p.seen);
+  });
 }
 
 }  // namespace train_derail::model

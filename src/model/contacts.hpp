@@ -1,44 +1,33 @@
-// Contact of all cars with each other: who may touch (a list of near pairs, renewed when cars have moved far enough),
-// forces, and a record of every impact.
+/// \file
+/// Contact of all cars with each other: who may touch (a list of near pairs, renewed when cars have moved far enough),
+/// forces, and a record of every impact.
 #pragma once
 
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "model/extended_kernels.hpp"
+#include "model/part.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/footprint.hpp"
-#include "train_derail/model/incidents.hpp"
 #include "train_derail/model/train.hpp"
 
 namespace train_derail::model {
 
-/// Force and moment on every car, to be added to [N, N, N m].
-struct Loads {
-  double *fx, *fy, *moment;
-};
-
-/// Positions and velocities of all cars with their headings, as pointers to arrays.
-struct CarColumns {
-  const double *x, *y, *cosine, *sine, *vx, *vy, *omega;
-};
-
-class Contacts {
+class Contacts final : public Part {
  public:
-  Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed);
+  /// `loops` and `record` must outlive the part.
+  Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed,
+           const ExtendedKernels& loops, Record& record);
 
-  /// Adds the contact forces at time t of a step of length h.
-  void add_forces(double t, double h, const CarColumns& q, const Loads& loads, Incidents& incidents);
-
-  /// Work that the forces of the last step took [J]: velocities before and after it.
-  struct Work {
-    double normal = 0.0, friction = 0.0;
-  };
-  Work work(double h, const CarColumns& before, const CarColumns& after) const;
+  void add(double t, double h, const CarColumns& cars, const Wrenches& sum) override;
+  void account(double h, const CarColumns& before, const CarColumns& after) override;
+  void walk(files::Archive& archive) override;
 
  private:
   struct Pair {
-    int a, b;
+    int a = 0, b = 0;
     double crushed = 0.0;  // m, of this touch
     int impact = -1;       // index in the record
     double seen = 0.0;     // time of the last touch [s]
@@ -49,11 +38,12 @@ class Contacts {
   };
 
   void find_pairs();
-  void note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force,
-            Incidents& incidents) const;
+  void note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force);
 
   const inputs::Contact law_;
   const double regularization_speed_;
+  const ExtendedKernels& loops_;
+  Record& record_;
   std::vector<Footprint> boxes_;
   std::vector<double> radius_, mass_;
   double moved_;                         // how far any car may have come since the list was made [m]

@@ -7,51 +7,43 @@
 #include <fmt/format.h>
 #include <unsupported/Eigen/AutoDiff>
 
-#include "model/instruction_sets.hpp"
 #include "model/kernels.hpp"
 #include "model/reactions.hpp"
-#include "wide.hpp"
+#include "simd/instruction_sets.hpp"
 
 namespace train_derail::model {
 
 namespace {
 
 #ifdef TRAIN_DERAIL_X86
-constexpr Versions<KernelSet> kVersions{&kAvx512, &kAvx2, &kSse2, &kPlain};
+constexpr Versions<DerailmentKernels> kVersions{&kAvx512, &kAvx2, &kSse2, &kPlain};
 #else
-constexpr Versions<KernelSet> kVersions{nullptr, nullptr, nullptr, &kPlain};
+constexpr Versions<DerailmentKernels> kVersions{nullptr, nullptr, nullptr, &kPlain};
 #endif
-
-TRAIN_DERAIL_WIDE double foremost_place(std::ptrdiff_t n, const double* x, const double* past_pod) {
-  double most = -inputs::kInfinity;
-#pragma omp simd reduction(max : most)
-  for (std::ptrdiff_t k = 0; k < n; ++k) {
-    const double place = past_pod[k] > 0.0 ? -inputs::kInfinity : x[k];
-    most = place > most ? place : most;
-  }
-  return most;
-}
 
 }  // namespace
 
 std::vector<std::string> DerailmentModel::instruction_sets(Eigen::Index cars) { return kVersions.names(cars); }
 
 DerailmentModel::DerailmentModel(const inputs::Scenario& scenario, const std::string& instruction_set)
-    : TrainModel(scenario),
-      cos_limit_(std::cos(scenario.coupler.swing_limit)),
+    : PlanarModel(scenario),
       derailed_(cars_.size(), false),
-      kernels_(kVersions.choose(car_count(), instruction_set)) {
+      kernels_(kVersions.choose(car_count(), instruction_set)),
+      arrays_(std::make_unique<DerailmentArrays>()) {
   const Eigen::Index n = car_count();
-  for (auto* array :
-       {&load_, &lateral_, &past_pod_, &inverse_mass_, &inverse_mass_y_, &inverse_inertia_, &cos_, &sin_}) {
-    array->resize(n);
-  }
-  for (auto* array : {&force_x_, &force_y_, &moment_lead_, &moment_trail_}) *array = ArrayX::Zero(n + 1);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    lay(k);
-  }
+  for (auto* array : {&load_, &lateral_, &past_pod_, &inverse_mass_y_}) array->resize(n);
+  static_cast<PlanarArrays&>(*arrays_) = planar_arrays();
+  arrays_->load = load_.data();
+  arrays_->lateral = lateral_.data();
+  arrays_->past_pod = past_pod_.data();
+  arrays_->inverse_mass_y = inverse_mass_y_.data();
+  for (Eigen::Index k = 0; k < n; ++k) lay(k);
   if (n > 0) derail(0);
 }
+
+DerailmentModel::~DerailmentModel() = default;
+
+const PlanarKernels& DerailmentModel::loops() const { return *kernels_; }
 
 void DerailmentModel::lay(Eigen::Index car) {
   const bool past_pod = derailed(car);
@@ -61,7 +53,6 @@ void DerailmentModel::lay(Eigen::Index car) {
   load_[car] = 0.5 * (past_pod ? ground_.off_track_friction : ground_.on_track_friction) * at(car).weight;
   lateral_[car] = lateral ? 1.0 : 0.0;
   // Rails that hold a car are an infinite mass sideways and in yaw; their reactions do no work.
-  inverse_mass_[car] = 1.0 / at(car).mass;
   inverse_mass_y_[car] = held ? 0.0 : 1.0 / at(car).mass;
   inverse_inertia_[car] = held ? 0.0 : 1.0 / at(car).yaw_inertia;
 }
@@ -115,42 +106,11 @@ std::vector<Eigen::Index> DerailmentModel::band_positions() const {
   return positions;
 }
 
-CarArrays DerailmentModel::arrays() const {
-  return {car_count(),
-          &coupler_,
-          cos_limit_,
-          ground_.regularization_speed,
-          half_length_.data(),
-          half_spacing_.data(),
-          load_.data(),
-          lateral_.data(),
-          past_pod_.data(),
-          inverse_mass_.data(),
-          inverse_mass_y_.data(),
-          inverse_inertia_.data(),
-          cos_.data(),
-          sin_.data(),
-          force_x_.data(),
-          force_y_.data(),
-          moment_lead_.data(),
-          moment_trail_.data()};
-}
-
 bool DerailmentModel::derivative(const double* y, double* dydt) const {
-  return kernels_->right_hand_side(arrays(), y, dydt);
+  return kernels_->right_hand_side(*arrays_, y, dydt);
 }
 
-void DerailmentModel::find_gaps(const double* y, double* gap, double* rate) const {
-  kernels_->gaps(arrays(), y, gap, rate);
-}
-
-void DerailmentModel::find_headings(const double* y, double* cosine, double* sine) const {
-  kernels_->headings(car_count(), y + THETA * car_count(), cosine, sine);
-}
-
-double DerailmentModel::foremost_on_track(const double* y) const {
-  return foremost_place(car_count(), y + X * car_count(), past_pod_.data());
-}
+double DerailmentModel::foremost_on_track(const double* y) const { return kernels_->foremost(*arrays_, y); }
 
 void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
   // The same force laws, differentiated automatically: exact, and no second copy of the physics.
@@ -230,7 +190,11 @@ std::vector<CouplerState<double>> DerailmentModel::couplers(const double* y) con
 }
 
 EnergyLedger DerailmentModel::energy(const double* y) const {
-  EnergyLedger e = mechanical_energy(y);
+  EnergyLedger e = kinetic_energy(y);
+  for (const CouplerState<double>& b : couplers(y)) {
+    e.coupler_axial += axial_energy(coupler_, b.gap);
+    e.coupler_swing += swing_energy(coupler_, b.swing_lead) + swing_energy(coupler_, b.swing_trail);
+  }
   e.work_on_track = work(y, car_count())[WORK_ON_TRACK];
   e.work_off_track = work(y, car_count())[WORK_OFF_TRACK];
   return e;

@@ -1,69 +1,96 @@
-// Loops of the extended model over cars, couplers and trucks, several side by side; see kernels.hpp.
+/// \file
+/// Loops of the extended model over cars, couplers and trucks, several side by side; see kernels.hpp.
 #pragma once
 
 #include <cstddef>
 
+#include "model/kernels.hpp"
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/energy_ledger.hpp"
+#include "train_derail/model/track.hpp"
 
 namespace train_derail::model {
 
-/// Arrays have one entry a car, a coupler ("coupler", cars - 1 of them) or a truck ("truck": the front trucks of all
-/// cars, then the rear ones).
-struct ExtendedArrays {
-  std::ptrdiff_t cars;
-  const inputs::Coupler* law;
-  const inputs::Ground* ground;
-  const inputs::Rails* rails;
-  double cos_limit;  // of the coupler's swing
-  double grade;      // sine of the slope
-  bool rails_on, by_slip, straight;
-  const double *half_length, *half_spacing;
-  const double* inverse_mass;
-  const double* inverse_inertia;
-  // What the last step has left: latches and places.
-  const double* alive;                  // coupler: 1, or 0 if broken
-  const double* damping;                // coupler [N s/m]
-  const double* on_track;               // truck: 1 on the rails (or before the point of derailment), else 0
-  const double* offset;                 // truck: from the alignment if on rails, else from the centre line [m]
-  const double *tangent_x, *tangent_y;  // truck: of the track
-  const double* load;                   // truck: W / 2 [N]
-  const double* rail_damping;           // truck [N s/m]
-  const double* along;                  // car: brake force over load on the track [-]
-  const double* patch;                  // truck: factor of off-track friction [-]
-  double *cosine, *sine;                // of the headings at the beginning of the step
-  // Forces of the step.
-  double *axial, *damper, *ux, *uy, *cos_swing, *end_moment;  // coupler
-  double *pin_x, *pin_y, *moment_lead, *moment_trail;         // cars + 1 entries: [i + 1] is coupler i
-  double *truck_x, *truck_y, *brake, *lateral;  // truck: ground or rails; of it along and across the rails [N]
-  double *fx, *fy, *moment;                     // car
+/// One entry a coupler (cars - 1 of them).
+struct CouplerArrays {
+  const double* alive = nullptr;                       ///< 1, or 0 if broken
+  const double* damping = nullptr;                     ///< N s/m
+  double *axial = nullptr, *damper = nullptr;          ///< forces along the bar, buff positive [N]
+  double *ux = nullptr, *uy = nullptr;                 ///< direction of the bar
+  double *cos_swing = nullptr, *end_moment = nullptr;  ///< of the larger swing; sum of both end moments [N m]
 };
 
-/// Work of a step by mechanism [J].
-struct StepWork {
-  double on_track = 0.0, off_track = 0.0, rails = 0.0, damping = 0.0, grade = 0.0;
+/// One entry a truck: the front trucks of all cars, then the rear ones.
+struct TruckArrays {
+  // What the last step has left.
+  const double* on_track = nullptr;  ///< 1 on the rails (or before the point of derailment), else 0
+  const double* offset = nullptr;    ///< from the alignment if on rails, else from the centre line [m]
+  const double *tangent_x = nullptr, *tangent_y = nullptr;  ///< of the track
+  const double* load = nullptr;                             ///< W / 2 [N]
+  const double* rail_damping = nullptr;                     ///< N s/m
+  const double* patch = nullptr;                            ///< factor of off-track friction
+  // Forces that the parts of model/truck_parts.hpp have found.
+  double *along = nullptr, *across = nullptr;       ///< resistance on the track, along and across the rails [N]
+  double* lateral = nullptr;                        ///< of rails that yield, across them [N]
+  double *ground_x = nullptr, *ground_y = nullptr;  ///< friction off the track [N]
 };
 
-/// Of all couplers in a step.
+/// Of the extended model.
+struct ExtendedArrays : PlanarArrays {
+  const inputs::Ground* ground = nullptr;
+  const inputs::Rails* rails = nullptr;
+  double grade = 0.0;  ///< sine of the slope
+  bool rails_on = false, by_slip = false, straight = true;
+  const double* brake_share = nullptr;  ///< car: brake force over load on the track
+  CouplerArrays couplers;
+  TruckArrays trucks;
+  double *fx = nullptr, *fy = nullptr, *moment = nullptr;  ///< car: sums of forces and moments
+};
+
+/// Of all couplers at one moment.
 struct CouplerPeaks {
-  double buff = 0.0, draft = 0.0;  // N
-  double cos_swing = 1.0;          // least
-  double end_moment = 0.0;         // largest size of the sum of both [N m]
+  double buff = 0.0, draft = 0.0;  ///< largest, magnitudes [N]
+  double cos_swing = 1.0;          ///< least
+  double end_moment = 0.0;         ///< largest size of the sum of both [N m]
 };
 
-struct ExtendedKernels {
-  const char* instruction_set;
-  std::ptrdiff_t lanes;  // needs at least lanes + 1 cars
+/// Of the trucks that the rails hold.
+struct OnBadTrack {
+  bool passes;       ///< one has come past the point of derailment
+  bool may_be_torn;  ///< one stands where track may be torn
+};
+
+/// One version of the loops of the extended model.
+struct ExtendedKernels : PlanarKernels {
+  /// Forces and moments on all cars, and what the couplers carry.
   CouplerPeaks (*forces)(const ExtendedArrays&, const double* y);
-  /// `before`, `after`: states at the ends of a step of length h whose forces are in the arrays.
-  StepWork (*work)(const ExtendedArrays&, const double* before, const double* after, double h);
-  void (*headings)(std::ptrdiff_t n, const double* theta, double* cosine, double* sine);
+  /// Adds to `spent` the work of the forces in the arrays, in a step of length h from state `before` to `after`.
+  void (*work)(const ExtendedArrays&, const double* before, const double* after, double h, EnergyLedger& spent);
+  /// Accelerations from the sums of forces: x, y, yaw of all cars, column by column.
+  void (*accelerate)(const ExtendedArrays&, double* result);
+  /// Brake force over load of every car at time t [s], where ratio[k] is built up from the time signal[k] on.
+  void (*brake)(std::ptrdiff_t cars, const inputs::Brakes&, double t, const double* ratio, const double* signal,
+                double* share);
+  /// No point of any car moves faster [m/s]; `radius`: of a circle around each car [m].
+  double (*fastest_point)(std::ptrdiff_t cars, const double* vx, const double* vy, const double* omega,
+                          const double* radius);
   /// Turns cosine and sine by `angle` (one a car, small) [rad].
   void (*turn)(const ExtendedArrays&, const double* angle);
   /// Places of the trucks: px, py, one a truck [m].
   void (*places)(const ExtendedArrays&, const double* y, double* px, double* py);
-  /// Counts up `overloaded` (truck [s]) as in overloaded_time, from the lateral forces `before` (truck) to those in the
-  /// arrays; whether any truck has been overloaded for too long.
-  bool (*overload)(const ExtendedArrays&, double h, const double* before, double* overloaded);
+  /// Counts up `overloaded` [s] as overloaded_time() does, from the lateral forces `before` to those `now` [N] (one a
+  /// truck). Whether any truck has been overloaded for longer than rails.derail_time.
+  bool (*overload)(std::ptrdiff_t trucks, const inputs::Rails&, double h, const double* before, const double* now,
+                   const double* load, double* overloaded);
+  /// Of the trucks with held[i] = 1 (others: 0), which have come from arc length before[i] to now[i]; track may be torn
+  /// between `from` and `to`.
+  OnBadTrack (*on_bad_track)(std::ptrdiff_t trucks, const double* held, const double* before, const double* now,
+                             double from, double to);
+  /// offset[i] -= held[i] * the deviation of the rails at arc length s[i].
+  void (*subtract_alignment)(std::ptrdiff_t trucks, const TrackTable& table, const double* s, const double* held,
+                             double* offset);
+  /// Whether the track is torn at any arc length s[i] with held[i] = 1 (others: 0).
+  bool (*any_torn)(std::ptrdiff_t trucks, const TrackTable& torn, const double* s, const double* held);
 };
 
 extern const ExtendedKernels kExtendedPlain, kExtendedSse2, kExtendedAvx2, kExtendedAvx512;

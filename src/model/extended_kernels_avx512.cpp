@@ -1,5 +1,5 @@
-#include "model/batch.hpp"
 #include "model/extended_kernels_impl.hpp"
+#include "simd/batch.hpp"
 
 namespace train_derail::model {
 

@@ -1,10 +1,12 @@
-// Templates of the loops: B is a double or a batch of them (model/batch.hpp).
+// Templates of the loops: B is a double or a batch of them (simd/batch.hpp).
 #pragma once
 
 #include <cmath>
 
 #include "model/extended_kernels.hpp"
 #include "model/kernels_impl.hpp"
+#include "model/truck_parts.hpp"
+#include "train_derail/model/brake_law.hpp"
 #include "train_derail/model/coupler_law.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
 #include "train_derail/model/ground_law.hpp"
@@ -26,24 +28,24 @@ template <class B>
     const B li = L::load(a.half_length + i), lj = L::load(a.half_length + j);
     const B ax = -li * ci, ay = -li * si, bx = lj * cj, by = lj * sj;
     const B dx = column(X, i) + ax - column(X, j) - bx, dy = column(Y, i) + ay - column(Y, j) - by;
-    const auto b = coupler_load<B>(*a.law, a.cos_limit, dx, dy, ci, si, cj, sj);
-    const B spring = coupler_spring_force<B>(*a.law, b.gap);
+    const auto b = coupler_load<B>(*a.coupler, a.cos_limit, dx, dy, ci, si, cj, sj);
+    const B spring = coupler_spring_force<B>(*a.coupler, b.gap);
     const B rx = column(VX, i) - column(OMEGA, i) * ay - column(VX, j) + column(OMEGA, j) * by;
     const B ry = column(VY, i) + column(OMEGA, i) * ax - column(VY, j) - column(OMEGA, j) * bx;
-    const B damper = coupler_damper_force<B>(L::load(a.damping + i), spring, rx * b.ux + ry * b.uy);
-    const auto alive = L::load(a.alive + i) > B(0.5);
+    const B damper = coupler_damper_force<B>(L::load(a.couplers.damping + i), spring, rx * b.ux + ry * b.uy);
+    const auto alive = L::load(a.couplers.alive + i) > B(0.5);
     const auto kept = [&](const B& value) { return select(alive, value, B(0.0)); };
     const B axial = kept(spring + damper);
     const B fx = axial * b.ux + kept(b.lateral * b.uy), fy = axial * b.uy - kept(b.lateral * b.ux);
-    L::store(kept(b.ux), a.ux + i);
-    L::store(kept(b.uy), a.uy + i);
-    L::store(axial, a.axial + i);
-    L::store(kept(damper), a.damper + i);
+    L::store(kept(b.ux), a.couplers.ux + i);
+    L::store(kept(b.uy), a.couplers.uy + i);
+    L::store(axial, a.couplers.axial + i);
+    L::store(kept(damper), a.couplers.damper + i);
     const B lead = b.ux * ci + b.uy * si, trail = b.ux * cj + b.uy * sj;
     const B least = select(alive, select(lead < trail, lead, trail), B(1.0)),
             moments = kept(b.moment_lead + b.moment_trail);
-    L::store(least, a.cos_swing + i);
-    L::store(moments, a.end_moment + i);
+    L::store(least, a.couplers.cos_swing + i);
+    L::store(moments, a.couplers.end_moment + i);
     buff = greater(axial, buff);
     draft = greater(-axial, draft);
     cos_swing = select(least < cos_swing, least, cos_swing);
@@ -56,41 +58,11 @@ template <class B>
   return {L::max(buff), L::max(draft), -L::max(-cos_swing), L::max(end_moment)};
 }
 
-/// Directions along the rails and to their left at some trucks.
-template <class B, bool straight>
-struct RailFrame {
-  B tx, ty;
-  RailFrame(const ExtendedArrays& a, std::ptrdiff_t truck) {
-    if constexpr (!straight) {
-      tx = Lanes<B>::load(a.tangent_x + truck);
-      ty = Lanes<B>::load(a.tangent_y + truck);
-    }
-  }
-  B along(const B& x, const B& y) const {
-    if constexpr (straight) return x;
-    else return x * tx + y * ty;
-  }
-  B across(const B& x, const B& y) const {
-    if constexpr (straight) return y;
-    else return y * tx - x * ty;
-  }
-  B x(const B& along, const B& across) const {
-    if constexpr (straight) return along;
-    else return along * tx - across * ty;
-  }
-  B y(const B& along, const B& across) const {
-    if constexpr (straight) return across;
-    else return along * ty + across * tx;
-  }
-};
-
 template <class B, bool straight>
 [[gnu::flatten]] CouplerPeaks forces_on(const ExtendedArrays& a, const double* state) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
   const CouplerPeaks peaks = couple<B>(a, state);
-  const double v_eps = a.ground->regularization_speed;
-  const bool isotropic = a.ground->on_track_law == inputs::OnTrackLaw::isotropic;
   for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
     const B c = L::load(a.cosine + k), s = L::load(a.sine + k), w = L::load(state + OMEGA * n + k);
     const B vx = L::load(state + VX * n + k), vy = L::load(state + VY * n + k);
@@ -99,39 +71,13 @@ template <class B, bool straight>
     B fy = L::load(a.pin_y + k + 1) - L::load(a.pin_y + k);
     B moment = L::load(a.moment_lead + k + 1) + L::load(a.moment_trail + k);
     for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
-      const std::ptrdiff_t i = end + k;
       const B arm = end == 0 ? L::load(a.half_spacing + k) : B(-L::load(a.half_spacing + k));
-      const B rx = arm * c, ry = arm * s, u = vx - w * ry, v = vy + w * rx;
-      const B load = L::load(a.load + i);
-      const auto on_track = L::load(a.on_track + i) > B(0.5);
-
-      const RailFrame<B, straight> rail(a, i);
-      const B ut = rail.along(u, v), vn = rail.across(u, v);
-      B lateral(0.0), brake(0.0);
-      if (a.rails_on) {
-        lateral = rail_force<B>(*a.rails, L::load(a.rail_damping + i), L::load(a.offset + i), vn);
-        brake = friction<B>(L::load(a.along + k) * load, ut, B(0.0), v_eps).x;
-      } else {
-        const auto f = friction<B>(L::load(a.along + k) * load, ut, isotropic ? vn : B(0.0), v_eps);
-        brake = f.x;
-        lateral = f.y;
-      }
-
-      B mu(a.ground->off_track_friction);
-      if (a.by_slip) mu = slip_friction<B>(*a.ground, u * u + v * v, v * c - u * s, L::load(a.offset + i));
-      const auto g = friction<B>(mu * L::load(a.patch + i) * load, u, v, v_eps);
-
-      brake = select(on_track, brake, B(0.0));
-      lateral = select(on_track, lateral, B(0.0));
-      const B tfx = select(on_track, rail.x(brake, lateral), g.x), tfy = select(on_track, rail.y(brake, lateral), g.y);
-      L::store(brake, a.brake + i);
-      L::store(lateral, a.lateral + i);
-      L::store(tfx, a.truck_x + i);
-      L::store(tfy, a.truck_y + i);
-      const B slope = -a.grade * load, gx = tfx + rail.x(slope, B(0.0)), gy = tfy + rail.y(slope, B(0.0));
-      fx = fx + gx;
-      fy = fy + gy;
-      moment = moment + rx * gy - ry * gx;
+      const B rx = arm * c, ry = arm * s;
+      const TruckView<B, straight> truck(a, k, end + k, c, s, vx, vy, w, rx, ry);
+      const Pull<B> pull = TruckParts::pull(truck);
+      fx = fx + pull.x;
+      fy = fy + pull.y;
+      moment = moment + rx * pull.y - ry * pull.x;
     }
     L::store(fx, a.fx + k);
     L::store(fy, a.fy + k);
@@ -146,7 +92,8 @@ CouplerPeaks extended_forces(const ExtendedArrays& a, const double* state) {
 }
 
 template <class B, bool straight>
-[[gnu::flatten]] StepWork work_on(const ExtendedArrays& a, const double* before, const double* after, double h) {
+[[gnu::flatten]] void work_on(const ExtendedArrays& a, const double* before, const double* after, double h,
+                              EnergyLedger& spent) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
   static constexpr double kLane[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
@@ -154,26 +101,19 @@ template <class B, bool straight>
   const auto mid = [&](Coordinate c, std::ptrdiff_t k) {
     return B(0.5) * (L::load(before + c * n + k) + L::load(after + c * n + k));
   };
-  B on_track(0.0), off_track(0.0), rails(0.0), damping(0.0), grade(0.0);
+  B taken[TruckParts::count];
+  for (B& sum : taken) sum = B(0.0);
   for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
     const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
     const B c = L::load(a.cosine + k), s = L::load(a.sine + k);
     const B vx = mid(VX, k), vy = mid(VY, k), w = mid(OMEGA, k);
     for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
-      const std::ptrdiff_t i = end + k;
       const B arm = end == 0 ? L::load(a.half_spacing + k) : B(-L::load(a.half_spacing + k));
-      const B u = vx - w * arm * s, v = vy + w * arm * c;
-      const RailFrame<B, straight> rail(a, i);
-      const B ut = rail.along(u, v), vn = rail.across(u, v);
-      const B brake = L::load(a.brake + i) * ut, lateral = L::load(a.lateral + i) * vn;
-      const B all = L::load(a.truck_x + i) * u + L::load(a.truck_y + i) * v;
-      const B held = L::load(a.on_track + i);
-      on_track = on_track - fresh * held * (a.rails_on ? brake : all);
-      if (a.rails_on) rails = rails - fresh * held * lateral;
-      off_track = off_track - fresh * (1.0 - held) * all;
-      grade = grade + fresh * a.grade * L::load(a.load + i) * ut;
+      TruckParts::add_taken(TruckView<B, straight>(a, k, end + k, c, s, vx, vy, w, arm * c, arm * s), fresh, taken);
     }
   });
+  TruckParts::account(h, taken, spent);
+  B damping(0.0);
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done) {
     const std::ptrdiff_t j = i + 1;
     const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
@@ -182,14 +122,50 @@ template <class B, bool straight>
         mid(VX, i) + mid(OMEGA, i) * li * L::load(a.sine + i) - mid(VX, j) + mid(OMEGA, j) * lj * L::load(a.sine + j);
     const B ry = mid(VY, i) - mid(OMEGA, i) * li * L::load(a.cosine + i) - mid(VY, j) -
                  mid(OMEGA, j) * lj * L::load(a.cosine + j);
-    damping = damping - fresh * L::load(a.damper + i) * (rx * L::load(a.ux + i) + ry * L::load(a.uy + i));
+    damping = damping - fresh * L::load(a.couplers.damper + i) *
+                            (rx * L::load(a.couplers.ux + i) + ry * L::load(a.couplers.uy + i));
   });
-  return {h * L::sum(on_track), h * L::sum(off_track), h * L::sum(rails), h * L::sum(damping), h * L::sum(grade)};
+  spent.work_coupler_damping += h * L::sum(damping);
 }
 
 template <class B>
-StepWork extended_work(const ExtendedArrays& a, const double* before, const double* after, double h) {
-  return a.straight ? work_on<B, true>(a, before, after, h) : work_on<B, false>(a, before, after, h);
+void extended_work(const ExtendedArrays& a, const double* before, const double* after, double h, EnergyLedger& spent) {
+  if (a.straight) work_on<B, true>(a, before, after, h, spent);
+  else work_on<B, false>(a, before, after, h, spent);
+}
+
+template <class B>
+[[gnu::flatten]] void accelerate(const ExtendedArrays& a, double* result) {
+  using L = Lanes<B>;
+  const std::ptrdiff_t n = a.cars;
+  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    L::store(L::load(a.fx + k) * L::load(a.inverse_mass + k), result + k);
+    L::store(L::load(a.fy + k) * L::load(a.inverse_mass + k), result + n + k);
+    L::store(L::load(a.moment + k) * L::load(a.inverse_inertia + k), result + 2 * n + k);
+  });
+}
+
+template <class B>
+[[gnu::flatten]] void brake(std::ptrdiff_t cars, const inputs::Brakes& law, double t, const double* ratio,
+                            const double* signal, double* share) {
+  using L = Lanes<B>;
+  for_blocks<L::count>(cars, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    const B built = brake_build_up<B>(law, t - L::load(signal + k));
+    L::store(law.rolling_resistance + L::load(ratio + k) * built, share + k);
+  });
+}
+
+template <class B>
+[[gnu::flatten]] double fastest_point(std::ptrdiff_t cars, const double* vx, const double* vy, const double* omega,
+                                      const double* radius) {
+  using L = Lanes<B>;
+  const auto size = [](const B& x) { return select(x < B(0.0), B(-x), x); };
+  B fastest(0.0);
+  for_blocks<L::count>(cars, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    const B speed = size(L::load(vx + k)) + size(L::load(vy + k)) + L::load(radius + k) * size(L::load(omega + k));
+    fastest = select(speed > fastest, speed, fastest);
+  });
+  return L::max(fastest);
 }
 
 template <class B>
@@ -229,29 +205,89 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] bool overload(const ExtendedArrays& a, double h, const double* before, double* overloaded) {
+[[gnu::flatten]] bool overload(std::ptrdiff_t trucks, const inputs::Rails& rails, double h, const double* before,
+                               const double* now, const double* load, double* overloaded) {
   using L = Lanes<B>;
-  const std::ptrdiff_t trucks = 2 * a.cars;
   std::ptrdiff_t i = 0;
   B longest(0.0);
   for (; i + L::count <= trucks; i += L::count) {
-    const B time = overloaded_time<B>(*a.rails, L::load(before + i), L::load(a.lateral + i), L::load(a.load + i), h,
-                                      L::load(overloaded + i));
+    const B time =
+        overloaded_time<B>(rails, L::load(before + i), L::load(now + i), L::load(load + i), h, L::load(overloaded + i));
     L::store(time, overloaded + i);
     longest = select(time > longest, time, longest);
   }
-  bool yields = L::max(longest) > a.rails->derail_time;
+  bool yields = L::max(longest) > rails.derail_time;
   for (; i < trucks; ++i) {  // not twice: it counts
-    overloaded[i] = overloaded_time<double>(*a.rails, before[i], a.lateral[i], a.load[i], h, overloaded[i]);
-    yields = yields || overloaded[i] > a.rails->derail_time;
+    overloaded[i] = overloaded_time<double>(rails, before[i], now[i], load[i], h, overloaded[i]);
+    yields = yields || overloaded[i] > rails.derail_time;
   }
   return yields;
 }
 
 template <class B>
+[[gnu::flatten]] OnBadTrack on_bad_track(std::ptrdiff_t trucks, const double* held, const double* before,
+                                         const double* now, double from, double to) {
+  using L = Lanes<B>;
+  const B zero(0.0);
+  B passes(0.0), torn(0.0);
+  for_blocks<L::count>(trucks, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+    const B is_held = L::load(held + i), was = L::load(before + i), is = L::load(now + i);
+    passes = passes + select(was < zero, select(is >= zero, is_held, zero), zero);
+    torn = torn + select(is >= B(from), select(is <= B(to), is_held, zero), zero);
+  });
+  return {L::sum(passes) > 0.0, L::sum(torn) > 0.0};
+}
+
+/// Bins of a table that places s lie in, kept within [0, last]; also if s is not a number.
+template <class B>
+B bin_of(const TrackTable& table, const B& s) {
+  const B b = table.bin(s), inside = select(b > B(0.0), b, B(0.0));
+  return select(inside > B(table.last), B(table.last), inside);
+}
+
+template <class B>
+[[gnu::flatten]] void subtract_alignment(std::ptrdiff_t trucks, const TrackTable& table, const double* s,
+                                         const double* held, double* offset) {
+  using L = Lanes<B>;
+  std::ptrdiff_t i = 0;
+  const auto subtract = [&](auto lanes) {
+    using One = decltype(lanes);
+    using K = Lanes<One>;
+    const One bin = bin_of<One>(table, K::load(s + i));
+    const One first = K::look_up(table.values, bin), next = K::look_up(table.values + 1, bin);
+    K::store(K::load(offset + i) - K::load(held + i) * (first + K::fraction(bin) * (next - first)), offset + i);
+  };
+  for (; i + L::count <= trucks; i += L::count) subtract(B(0.0));
+  for (; i < trucks; ++i) subtract(0.0);  // not twice: it subtracts
+}
+
+template <class B>
+[[gnu::flatten]] bool any_torn(std::ptrdiff_t trucks, const TrackTable& torn, const double* s, const double* held) {
+  using L = Lanes<B>;
+  const B zero(0.0);
+  B sum(0.0);
+  for_blocks<L::count>(trucks, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+    const B place = L::load(s + i), bin = torn.bin(place);
+    const B value = L::load(held + i) * L::look_up(torn.values, bin_of<B>(torn, place));
+    sum = sum + select(bin >= zero, select(bin < B(torn.last + 1.0), value, zero), zero);
+  });
+  return L::sum(sum) > 0.0;
+}
+
+template <class B>
 constexpr ExtendedKernels extended_kernels(const char* instruction_set) {
-  return {instruction_set, Lanes<B>::count, extended_forces<B>, extended_work<B>,
-          headings<B>,     turn<B>,         places<B>,          overload<B>};
+  return {planar_kernels<B>(instruction_set),
+          extended_forces<B>,
+          extended_work<B>,
+          accelerate<B>,
+          brake<B>,
+          fastest_point<B>,
+          turn<B>,
+          places<B>,
+          overload<B>,
+          on_bad_track<B>,
+          subtract_alignment<B>,
+          any_torn<B>};
 }
 
 }  // namespace train_derail::model

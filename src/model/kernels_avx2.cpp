@@ -1,8 +1,8 @@
-#include "model/batch.hpp"
 #include "model/kernels_impl.hpp"
+#include "simd/batch.hpp"
 
 namespace train_derail::model {
 
-const KernelSet kAvx2 = kernel_set<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
+const DerailmentKernels kAvx2 = derailment_kernels<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
 
 }  // namespace train_derail::model

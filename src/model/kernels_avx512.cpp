@@ -1,8 +1,8 @@
-#include "model/batch.hpp"
 #include "model/kernels_impl.hpp"
+#include "simd/batch.hpp"
 
 namespace train_derail::model {
 
-const KernelSet kAvx512 = kernel_set<xsimd::batch<double, xsimd::avx512f>>("avx512");
+const DerailmentKernels kAvx512 = derailment_kernels<xsimd::batch<double, xsimd::avx512f>>("avx512");
 
 }  // namespace train_derail::model

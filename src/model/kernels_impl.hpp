@@ -1,35 +1,14 @@
-// Templates of the kernels: B is a double or a batch of them (model/batch.hpp).
+// Templates of the kernels: B is a double or a batch of them (simd/batch.hpp).
 #pragma once
 
 #include <cmath>
 
 #include "model/kernels.hpp"
 #include "model/reactions.hpp"
+#include "simd/blocks.hpp"
 #include "train_derail/model/state_layout.hpp"
 
 namespace train_derail::model {
-
-/// How a B is read, written and taken apart.
-template <class B>
-struct Lanes;
-
-template <>
-struct Lanes<double> {
-  static constexpr std::ptrdiff_t count = 1;
-  static double load(const double* p) { return *p; }
-  static void store(double b, double* p) { *p = b; }
-  static double sum(double b) { return b; }
-  static double max(double b) { return b; }
-};
-
-/// Calls body(first, done) for blocks of `width` entries that cover [0, n); the last block may overlap the one before:
-/// its first `done` entries have been dealt with.
-template <std::ptrdiff_t width, class Body>
-void for_blocks(std::ptrdiff_t n, const Body& body) {
-  std::ptrdiff_t i = 0;
-  for (; i + width <= n; i += width) body(i, std::ptrdiff_t{0});
-  if (i < n) body(n - width, width - (n - i));
-}
 
 template <class B>
 [[gnu::flatten]] void headings(std::ptrdiff_t n, const double* theta, double* cosine, double* sine) {
@@ -43,10 +22,10 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] bool right_hand_side(const CarArrays& arrays, const double* state, double* rate) {
+[[gnu::flatten]] bool right_hand_side(const DerailmentArrays& arrays, const double* state, double* rate) {
   using L = Lanes<B>;
   // Copies, which no store through a pointer can change: they stay in registers.
-  const CarArrays a = arrays;
+  const DerailmentArrays a = arrays;
   const inputs::Coupler coupler = *a.coupler;
   const std::ptrdiff_t n = a.cars;
   const double *x = state + X * n, *y = state + Y * n;
@@ -58,8 +37,8 @@ template <class B>
                                        L::load(x + i) - L::load(x + i + 1), L::load(y + i) - L::load(y + i + 1),
                                        L::load(a.cosine + i), L::load(a.sine + i), L::load(a.cosine + i + 1),
                                        L::load(a.sine + i + 1));
-    L::store(r.fx, a.force_x + i + 1);
-    L::store(r.fy, a.force_y + i + 1);
+    L::store(r.fx, a.pin_x + i + 1);
+    L::store(r.fy, a.pin_y + i + 1);
     L::store(r.moment_lead, a.moment_lead + i + 1);
     L::store(r.moment_trail, a.moment_trail + i + 1);
   });
@@ -78,8 +57,8 @@ template <class B>
     power_on_track = power_on_track - (power - off_track);
 
     // Coupler k - 1 pulls at the front of car k, coupler k at its rear; the ends of the train have none (zeros).
-    const B fx = g.fx + L::load(a.force_x + k + 1) - L::load(a.force_x + k);
-    const B fy = g.fy + L::load(a.force_y + k + 1) - L::load(a.force_y + k);
+    const B fx = g.fx + L::load(a.pin_x + k + 1) - L::load(a.pin_x + k);
+    const B fy = g.fy + L::load(a.pin_y + k + 1) - L::load(a.pin_y + k);
     const B moment = g.moment + L::load(a.moment_lead + k + 1) + L::load(a.moment_trail + k);
     L::store(u, rate + X * n + k);
     L::store(v, rate + Y * n + k);
@@ -98,7 +77,7 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] void gaps(const CarArrays& a, const double* state, double* gap, double* rate) {
+[[gnu::flatten]] void gaps(const PlanarArrays& a, const double* state, double* gap, double* rate) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
   headings<B>(n, state + THETA * n, a.cosine, a.sine);
@@ -121,8 +100,24 @@ template <class B>
 }
 
 template <class B>
-constexpr KernelSet kernel_set(const char* instruction_set) {
-  return {instruction_set, Lanes<B>::count, right_hand_side<B>, headings<B>, gaps<B>};
+[[gnu::flatten]] double foremost(const DerailmentArrays& a, const double* state) {
+  using L = Lanes<B>;
+  B most(-inputs::kInfinity);
+  for_blocks<L::count>(a.cars, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    const B place = select(L::load(a.past_pod + k) > B(0.0), B(-inputs::kInfinity), L::load(state + X * a.cars + k));
+    most = select(place > most, place, most);
+  });
+  return L::max(most);
+}
+
+template <class B>
+constexpr PlanarKernels planar_kernels(const char* instruction_set) {
+  return {instruction_set, Lanes<B>::count, headings<B>, gaps<B>};
+}
+
+template <class B>
+constexpr DerailmentKernels derailment_kernels(const char* instruction_set) {
+  return {planar_kernels<B>(instruction_set), right_hand_side<B>, foremost<B>};
 }
 
 }  // namespace train_derail::model

@@ -2,6 +2,6 @@
 
 namespace train_derail::model {
 
-const KernelSet kPlain = kernel_set<double>("plain");
+const DerailmentKernels kPlain = derailment_kernels<double>("plain");
 
 }  // namespace train_derail::model

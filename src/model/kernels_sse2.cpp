@@ -1,8 +1,8 @@
-#include "model/batch.hpp"
 #include "model/kernels_impl.hpp"
+#include "simd/batch.hpp"
 
 namespace train_derail::model {
 
-const KernelSet kSse2 = kernel_set<xsimd::batch<double, xsimd::sse2>>("sse2");
+const DerailmentKernels kSse2 = derailment_kernels<xsimd::batch<double, xsimd::sse2>>("sse2");
 
 }  // namespace train_derail::model

@@ -6,8 +6,6 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 
-#include "wide.hpp"
-
 namespace train_derail::model {
 
 namespace {
@@ -22,43 +20,7 @@ double heading(const std::vector<inputs::Curve>& curves, double s) {
   return angle;
 }
 
-/// `table`: values at the ends of bins; `last`: the last bin.
-TRAIN_DERAIL_WIDE void subtract_interpolated(std::ptrdiff_t n, const double* table, double s_min, double per_bin,
-                                             double last, const double* s, const double* held, double* offset) {
-#pragma omp simd
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    double b = (s[i] - s_min) * per_bin;
-    b = b > 0.0 ? b : 0.0;  // also if not a number
-    b = b > last ? last : b;
-    const int j = static_cast<int>(b);
-    offset[i] -= held[i] * (table[j] + (b - j) * (table[j + 1] - table[j]));
-  }
-}
-
-/// `last`: the last bin of `torn`.
-TRAIN_DERAIL_WIDE double sum_of_torn(std::ptrdiff_t n, const double* torn, TornBins bins, double last, const double* s,
-                                     const double* held) {
-  double sum = 0.0;
-#pragma omp simd reduction(+ : sum)
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const double b = bins.of(s[i]), inside = b >= 0.0 && b < last + 1.0 ? 1.0 : 0.0;
-    double bin = b > 0.0 ? b : 0.0;  // also if not a number
-    bin = bin > last ? last : bin;
-    sum += held[i] * inside * torn[static_cast<int>(bin)];
-  }
-  return sum;
-}
-
 }  // namespace
-
-bool Track::any_torn(std::ptrdiff_t n, const double* s, const double* held) const {
-  return !torn_.empty() &&
-         sum_of_torn(n, torn_.data(), torn_bins_, static_cast<double>(torn_.size() - 1), s, held) > 0.0;
-}
-
-void Track::subtract_alignment(std::ptrdiff_t n, const double* s, const double* held, double* offset) const {
-  subtract_interpolated(n, alignment_.data(), s_min_, 1.0 / kBin, last_bin_, s, held, offset);
-}
 
 Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
   for (const inputs::Curve& c : scenario.track.curves) {
@@ -68,10 +30,10 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
   s_min_ = s_min;
   const auto bins = static_cast<std::size_t>(std::ceil((s_max - s_min) / kBin)) + 2;
   if (scenario.rails.torn_length > 0.0) {
-    const double per_length = 1.0 / scenario.rails.torn_length;
+    torn_per_length_ = 1.0 / scenario.rails.torn_length;
     // A bin begins at the point of derailment: what leaves the rails there does not tear up the track before it.
-    torn_bins_ = {per_length, std::ceil(-s_min * per_length)};
-    torn_.assign(static_cast<std::size_t>(torn_bins_.of(s_max)) + 1, 0.0);
+    torn_behind_ = std::ceil(-s_min * torn_per_length_);
+    torn_.assign(static_cast<std::size_t>(torn_bins().bin(s_max)) + 1, 0.0);
   }
 
   const inputs::Perturbation& p = scenario.initial.perturbation;
@@ -146,11 +108,17 @@ double Track::foot(const Vector2& p, double s) const {
 }
 
 void Track::tear(double s) {
-  const double b = torn_bins_.of(s);
+  const double b = torn_bins().bin(s);
   if (!(b >= 0.0 && b < static_cast<double>(torn_.size()))) return;
   torn_[static_cast<std::size_t>(b)] = 1.0;
-  torn_from_ = std::min(torn_from_, s - 1.0 / torn_bins_.per_length);
-  torn_to_ = std::max(torn_to_, s + 1.0 / torn_bins_.per_length);
+  torn_from_ = std::min(torn_from_, s - 1.0 / torn_per_length_);
+  torn_to_ = std::max(torn_to_, s + 1.0 / torn_per_length_);
+}
+
+void Track::walk(files::Archive& archive) {
+  archive.column("torn", torn_);
+  archive.value("torn_from", torn_from_);
+  archive.value("torn_to", torn_to_);
 }
 
 }  // namespace train_derail::model

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <set>
 
+#include "outcome/loops.hpp"
+#include "train_derail/model/coupler_law.hpp"
 #include "train_derail/outcome/pile_up.hpp"
-#include "wide.hpp"
 
 namespace train_derail::outcome {
 
@@ -15,79 +16,6 @@ namespace {
 Vector2 velocity_at(const model::CarMotion& car, const Vector2& point) {
   const Vector2 arm = point - car.centre;
   return car.velocity + car.omega * Vector2(-arm.y(), arm.x());
-}
-
-double square(double x) { return x * x; }
-
-/// Of either truck of any car [m^2/s^2]. A point ahead of the centre by d moves with v + omega d (-sine, cosine), one
-/// behind it with the other sign.
-TRAIN_DERAIL_WIDE double truck_speed_squared_max(std::ptrdiff_t n, const double* vx, const double* vy,
-                                                 const double* omega, const double* sine, const double* cosine,
-                                                 const double* half_spacing) {
-  double most = 0.0;
-#pragma omp simd reduction(max : most)
-  for (std::ptrdiff_t k = 0; k < n; ++k) {
-    const double u = half_spacing[k] * omega[k] * sine[k], v = half_spacing[k] * omega[k] * cosine[k];
-    const double ahead = square(vx[k] - u) + square(vy[k] + v), behind = square(vx[k] + u) + square(vy[k] - v);
-    const double faster = ahead > behind ? ahead : behind;
-    most = faster > most ? faster : most;
-  }
-  return most;
-}
-
-/// Straight track.
-TRAIN_DERAIL_WIDE void extend_astray(std::ptrdiff_t n, const double* y, const double* sine, const double* half_spacing,
-                                     double* astray) {
-#pragma omp simd
-  for (std::ptrdiff_t k = 0; k < n; ++k) {
-    const double now = std::abs(y[k]) + half_spacing[k] * std::abs(sine[k]);
-    astray[k] = now > astray[k] ? now : astray[k];
-  }
-}
-
-/// Speeds of car i against car i + 1, squared: of the pins between them, and of the centres.
-TRAIN_DERAIL_WIDE void neighbour_speeds(std::ptrdiff_t n, const double* vx, const double* vy, const double* omega,
-                                        const double* sine, const double* cosine, const double* half_length,
-                                        double* pins, double* centres) {
-#pragma omp simd
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const double u = vx[i] - vx[i + 1], v = vy[i] - vy[i + 1];
-    const double lead = half_length[i] * omega[i], trail = half_length[i + 1] * omega[i + 1];
-    centres[i] = u * u + v * v;
-    pins[i] = square(u + lead * sine[i] + trail * sine[i + 1]) + square(v - lead * cosine[i] - trail * cosine[i + 1]);
-  }
-}
-
-TRAIN_DERAIL_WIDE double largest_of(std::ptrdiff_t n, const double* values) {
-  double most = 0.0;
-#pragma omp simd reduction(max : most)
-  for (std::ptrdiff_t i = 0; i < n; ++i) most = values[i] > most ? values[i] : most;
-  return most;
-}
-
-/// Extents of the cars along x, and half of that across.
-TRAIN_DERAIL_WIDE void boxes(std::ptrdiff_t n, const double* x, const double* sine, const double* cosine,
-                             const double* half_length, const double* half_width, double* rearmost, double* foremost,
-                             double* half_breadth) {
-#pragma omp simd
-  for (std::ptrdiff_t k = 0; k < n; ++k) {
-    const double c = std::abs(cosine[k]), s = std::abs(sine[k]), reach = half_length[k] * c + half_width[k] * s;
-    rearmost[k] = x[k] - reach;
-    foremost[k] = x[k] + reach;
-    half_breadth[k] = half_length[k] * s + half_width[k] * c;
-  }
-}
-
-/// Puts values at time t into extremes where they go beyond them.
-TRAIN_DERAIL_WIDE void widen(std::ptrdiff_t n, const double* value, double t, double* highest, double* highest_time,
-                             double* lowest, double* lowest_time) {
-#pragma omp simd
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    highest_time[i] = value[i] > highest[i] ? t : highest_time[i];
-    highest[i] = value[i] > highest[i] ? value[i] : highest[i];
-    lowest_time[i] = value[i] < lowest[i] ? t : lowest_time[i];
-    lowest[i] = value[i] < lowest[i] ? value[i] : lowest[i];
-  }
 }
 
 /// Calls use(gap, share of the step) at the extremes within a step of length h of a gap that turns round in it: of the
@@ -108,6 +36,7 @@ void turning_points(double h, double gap_from, double rate_from, double gap_to, 
 Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rules, double t,
                  const model::StateVector& y)
     : model_(model),
+      loops_(loops()),
       rules_(rules),
       energy_initial_(model.energy(y.data()).total()),
       step_time_(t),
@@ -161,11 +90,12 @@ void Monitor::forget_peaks() {
 }
 
 void Monitor::consider_recent(Eigen::Index i, double value, double t) {
-  widen(1, &value, t, &highest_[i], &highest_time_[i], &lowest_[i], &lowest_time_[i]);
+  loops_.widen(1, &value, t, {&highest_[i], &highest_time_[i], &lowest_[i], &lowest_time_[i]});
 }
 
 void Monitor::extend_recent(double t, const ArrayX& values) {
-  widen(values.size(), values.data(), t, highest_.data(), highest_time_.data(), lowest_.data(), lowest_time_.data());
+  loops_.widen(values.size(), values.data(), t,
+               {highest_.data(), highest_time_.data(), lowest_.data(), lowest_time_.data()});
 }
 
 double Monitor::recent_force(double value) const {
@@ -218,15 +148,19 @@ model::CarMotion Monitor::motion(const double* y, Eigen::Index car) const {
   return {{q.x[car], q.y[car]}, {cosine_[car], sine_[car]}, {q.vx[car], q.vy[car]}, q.omega[car]};
 }
 
+MonitoredCars Monitor::columns(const double* y) const {
+  const model::PlanColumns q = model_.plan(y);
+  return {q.x,  q.y,     sine_.data(),        cosine_.data(),     q.vx,
+          q.vy, q.omega, half_length_.data(), half_width_.data(), half_spacing_.data()};
+}
+
 void Monitor::sample(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
-  const model::PlanColumns q = model_.plan(y);
   model_.headings(y, cosine_, sine_);
 
-  truck_speed_max_ =
-      std::sqrt(truck_speed_squared_max(n, q.vx, q.vy, q.omega, sine_.data(), cosine_.data(), half_spacing_.data()));
+  truck_speed_max_ = std::sqrt(loops_.truck_speed_squared_max(n, columns(y)));
   if (model_.straight_track()) {
-    extend_astray(n, q.y, sine_.data(), half_spacing_.data(), astray_.data());
+    loops_.extend_astray(n, columns(y), astray_.data());
   } else {
     for (Eigen::Index k = 0; k < n; ++k) {
       const model::CarMotion car = motion(y, k);
@@ -250,16 +184,14 @@ void Monitor::sample(double t, const double* y) {
 
 void Monitor::sample_speeds(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
-  const model::PlanColumns q = model_.plan(y);
-  neighbour_speeds(n - 1, q.vx, q.vy, q.omega, sine_.data(), cosine_.data(), half_length_.data(), pins_squared_.data(),
-                   centres_squared_.data());
+  loops_.neighbour_speeds(n - 1, columns(y), pins_squared_.data(), centres_squared_.data());
   // Cars whose coupler has broken have nothing to do with each other any more.
   if (const model::Incidents* incidents = model_.incidents()) {
     for (const model::BrokenCoupler& b : incidents->broken)
       pins_squared_[b.coupler] = centres_squared_[b.coupler] = 0.0;
   }
-  const auto consider = [t](const ArrayX& squared, RelativeSpeed& largest) {
-    if (largest_of(squared.size(), squared.data()) <= largest.speed * largest.speed) return;
+  const auto consider = [&](const ArrayX& squared, RelativeSpeed& largest) {
+    if (loops_.largest_of(squared.size(), squared.data()) <= largest.speed * largest.speed) return;
     Eigen::Index coupler = 0;
     const double speed = std::sqrt(squared.maxCoeff(&coupler));
     if (speed > largest.speed) largest = {speed, static_cast<int>(coupler) + 1, t};
@@ -276,8 +208,7 @@ void Monitor::note(const Closing& touch) {
 void Monitor::sample_touches(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
   const model::PlanColumns q = model_.plan(y);
-  boxes(n, q.x, sine_.data(), cosine_.data(), half_length_.data(), half_width_.data(), rearmost_.data(),
-        foremost_.data(), half_breadth_.data());
+  loops_.boxes(n, columns(y), rearmost_.data(), foremost_.data(), half_breadth_.data());
   // Sweep along x; the order hardly changes from sample to sample.
   for (std::size_t i = 1; i < by_x_.size(); ++i) {
     const Eigen::Index k = by_x_[i];

@@ -2,22 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "solver/loops.hpp"
 #include "train_derail/solver/integrator.hpp"
-#include "wide.hpp"
 #include "wide_vector.hpp"
 
 namespace train_derail::solver {
 
 namespace {
-
-/// v += h a, q += h v.
-TRAIN_DERAIL_WIDE void move(std::ptrdiff_t n, double h, const double* a, double* v, double* q) {
-#pragma omp simd
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    v[i] += h * a[i];
-    q[i] += h * v[i];
-  }
-}
 
 class SemiImplicit final : public Integrator {
  public:
@@ -46,7 +37,7 @@ class SemiImplicit final : public Integrator {
       return result;
     }
     before_ = state_;
-    move(n, h_, acceleration_.data(), state_.data() + n, state_.data());
+    loops().move(n, h_, acceleration_.data(), state_.data() + n, state_.data());
     ++steps_;
     system_.settle(t, h_, before_.data(), state_.data());
     return result;

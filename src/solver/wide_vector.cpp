@@ -3,65 +3,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
-#include <utility>
 
-#include "wide.hpp"
+#include "solver/loops.hpp"
 
 namespace train_derail::solver {
 
 namespace {
-
-constexpr int kTermsMax = 8;  // of a step of the Runge-Kutta pairs
-
-/// A summand of a linear combination.
-struct Term {
-  double factor;
-  const double* data;
-};
-
-template <std::size_t... I>
-[[gnu::always_inline]] inline void add_up(const Term* terms, double* z, std::ptrdiff_t n, std::index_sequence<I...>) {
-  const double factor[] = {terms[I].factor...};
-  const double* const x[] = {terms[I].data...};
-#pragma GCC ivdep
-  for (std::ptrdiff_t i = 0; i < n; ++i) z[i] = ((factor[I] * x[I][i]) + ...);
-}
-
-TRAIN_DERAIL_WIDE void add_up(int count, const Term* terms, double* z, std::ptrdiff_t n) {
-  switch (count) {
-    case 1: return add_up(terms, z, n, std::make_index_sequence<1>());
-    case 2: return add_up(terms, z, n, std::make_index_sequence<2>());
-    case 3: return add_up(terms, z, n, std::make_index_sequence<3>());
-    case 4: return add_up(terms, z, n, std::make_index_sequence<4>());
-    case 5: return add_up(terms, z, n, std::make_index_sequence<5>());
-    case 6: return add_up(terms, z, n, std::make_index_sequence<6>());
-    case 7: return add_up(terms, z, n, std::make_index_sequence<7>());
-    case 8: return add_up(terms, z, n, std::make_index_sequence<8>());
-  }
-}
-
-TRAIN_DERAIL_WIDE double weighted_square_sum(const double* x, const double* w, std::ptrdiff_t n) {
-  double sum = 0.0;
-#pragma omp simd reduction(+ : sum)
-  for (std::ptrdiff_t i = 0; i < n; ++i) sum += (x[i] * w[i]) * (x[i] * w[i]);
-  return sum;
-}
-
-/// By quarters, so that additions need not wait for each other.
-TRAIN_DERAIL_WIDE double sum_of(const double* x, std::ptrdiff_t n) {
-  const std::ptrdiff_t q = n / 4;
-  double sum = 0.0;
-#pragma omp simd reduction(+ : sum)
-  for (std::ptrdiff_t i = 0; i < q; ++i) sum += (x[i] + x[q + i]) + (x[2 * q + i] + x[3 * q + i]);
-  for (std::ptrdiff_t i = 4 * q; i < n; ++i) sum += x[i];
-  return sum;
-}
-
-/// Rounded to single precision: a norm needs no more, and the division is cheaper.
-TRAIN_DERAIL_WIDE void weights(double rtol, double atol, const double* y, double* w, std::ptrdiff_t n) {
-#pragma GCC ivdep
-  for (std::ptrdiff_t i = 0; i < n; ++i) w[i] = 1.0F / static_cast<float>(rtol * std::abs(y[i]) + atol);
-}
 
 /// Starts at a cache line, where malloc would let wide loads straddle two.
 N_Vector clone(N_Vector w) {
@@ -86,24 +33,24 @@ int linear_combination(int count, realtype* c, N_Vector* x, N_Vector z) {
     terms[used++] = {c[i], NV_DATA_S(x[i])};
   }
   if (used == 0) return N_VLinearCombination_Serial(count, c, x, z);
-  add_up(used, terms, NV_DATA_S(z), NV_LENGTH_S(z));
+  loops().add_up(used, terms, NV_DATA_S(z), NV_LENGTH_S(z));
   return 0;
 }
 
 void linear_sum(realtype a, N_Vector x, realtype b, N_Vector y, N_Vector z) {
   const Term terms[] = {{a, NV_DATA_S(x)}, {b, NV_DATA_S(y)}};
-  add_up(2, terms, NV_DATA_S(z), NV_LENGTH_S(z));
+  loops().add_up(2, terms, NV_DATA_S(z), NV_LENGTH_S(z));
 }
 
 void scale(realtype c, N_Vector x, N_Vector z) {
   if (c == 1.0 && x == z) return;
   const Term term{c, NV_DATA_S(x)};
-  add_up(1, &term, NV_DATA_S(z), NV_LENGTH_S(z));
+  loops().add_up(1, &term, NV_DATA_S(z), NV_LENGTH_S(z));
 }
 
 realtype weighted_rms_norm(N_Vector x, N_Vector w) {
   const sunindextype n = NV_LENGTH_S(x);
-  return std::sqrt(weighted_square_sum(NV_DATA_S(x), NV_DATA_S(w), n) / static_cast<double>(n));
+  return std::sqrt(loops().weighted_square_sum(NV_DATA_S(x), NV_DATA_S(w), n) / static_cast<double>(n));
 }
 
 }  // namespace
@@ -119,9 +66,9 @@ Vector wrap(double* data, sunindextype size, const Context& context) {
 }
 
 void error_weights(double rtol, double atol, const double* y, double* w, std::ptrdiff_t n) {
-  weights(rtol, atol, y, w, n);
+  loops().weights(rtol, atol, y, w, n);
 }
 
-bool all_finite(const double* x, std::ptrdiff_t n) { return std::isfinite(sum_of(x, n)); }
+bool all_finite(const double* x, std::ptrdiff_t n) { return std::isfinite(loops().sum(x, n)); }
 
 }  // namespace train_derail::solver

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "extended_fixtures.hpp"
+#include "train_derail/model/track.hpp"
 
 namespace train_derail {
 namespace {

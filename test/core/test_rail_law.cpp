@@ -9,6 +9,7 @@
 
 #include "extended_fixtures.hpp"
 #include "train_derail/model/rail_law.hpp"
+#include "train_derail/model/track.hpp"
 
 namespace train_derail {
 namespace {

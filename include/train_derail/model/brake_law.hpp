@@ -1,19 +1,22 @@
-// Emergency application of air brakes: a signal runs along the pipe, each car's valve waits its dead time, force builds
-// up linearly. After: National Academies 24698, fig. F-9 (all brakes of 150 cars built up within 16 s, with a second
-// source at the rear), 280 m/s along the pipe.
+/// \file
+/// Emergency application of air brakes: a signal runs along the pipe, each car's valve waits its dead time, force
+/// builds up linearly. After: National Academies 24698, fig. F-9 (all brakes of 150 cars built up within 16 s, with a
+/// second source at the rear), 280 m/s along the pipe.
 #pragma once
 
 #include <cmath>
 
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/simd/lanes.hpp"
 
 namespace train_derail::model {
 
 /// Share of the full force, 0 to 1; `since`: time since the signal reached the car [s], negative before it.
-inline double brake_build_up(const inputs::Brakes& b, double since) {
+template <class T>
+T brake_build_up(const inputs::Brakes& b, const T& since) {
   const double rate = b.build_up_time > 0.0 ? 1.0 / b.build_up_time : 0.0;  // outside the loops over cars
-  const double t = since - b.dead_time, share = rate > 0.0 ? t * rate : 1.0;
-  return t < 0.0 ? 0.0 : share < 1.0 ? share : 1.0;
+  const T t = since - b.dead_time, share = rate > 0.0 ? T(t * rate) : T(1.0);
+  return select(t < T(0.0), T(0.0), select(share < T(1.0), share, T(1.0)));
 }
 
 /// Time that the signal takes over `distance` of pipe [m], in seconds.

@@ -1,25 +1,28 @@
-// Equations of motion of a train that derails: Jeong, Lyons, Orringer and Perlman (2007), RTDF2007-46009, eqs. 1-17,
-// with the errata of docs/model.md. Knows no time stepping.
+/// \file
+/// Equations of motion of a train that derails: Jeong, Lyons, Orringer and Perlman (2007), RTDF2007-46009, eqs. 1-17,
+/// with the errata of docs/model.md. Knows no time stepping.
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "train_derail/model/train_model.hpp"
+#include "train_derail/model/planar_model.hpp"
 
 namespace train_derail::model {
 
-struct CarArrays;
-struct KernelSet;
+struct DerailmentArrays;
+struct DerailmentKernels;
 
 /// Right-hand side with its one discrete state: which cars have passed the point of derailment at x = 0.
 /// One object a run and a thread (it owns scratch arrays).
-class DerailmentModel final : public TrainModel {
+class DerailmentModel final : public PlanarModel {
  public:
   /// The scenario must be valid (inputs::validate). Throws std::invalid_argument unless `instruction_set` is one of
   /// instruction_sets(); by default the first of them that suits the length of the train.
   explicit DerailmentModel(const inputs::Scenario& scenario, const std::string& instruction_set = "");
+  ~DerailmentModel() override;
 
   /// Versions of derivative() and gaps() that this processor can run, fastest first: of "avx512", "avx2", "plain". They
   /// agree to rounding. Short trains have only the last.
@@ -59,19 +62,16 @@ class DerailmentModel final : public TrainModel {
   EnergyLedger energy(const double* y) const override;
 
  private:
-  void find_gaps(const double* y, double* gap, double* rate) const override;
-  void find_headings(const double* y, double* cosine, double* sine) const override;
+  const PlanarKernels& loops() const override;
   /// Ground and rails of the car as its place has it: before the point of derailment or past it.
   void lay(Eigen::Index car);
-  CarArrays arrays() const;
   /// Foremost of the cars that have not derailed; -1 if all have.
   Eigen::Index foremost(const double* y) const;
 
-  double cos_limit_;  // of the coupler's swing
   std::vector<bool> derailed_;
-  ArrayX load_, lateral_, past_pod_, inverse_mass_, inverse_mass_y_, inverse_inertia_;  // see CarArrays
-  mutable ArrayX cos_, sin_, force_x_, force_y_, moment_lead_, moment_trail_;           // scratch
-  const KernelSet* kernels_;
+  ArrayX load_, lateral_, past_pod_, inverse_mass_y_;  // see DerailmentArrays
+  const DerailmentKernels* kernels_;
+  const std::unique_ptr<DerailmentArrays> arrays_;
 };
 
 }  // namespace train_derail::model

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "train_derail/inputs/scenario.hpp"
-#include "train_derail/model/lanes.hpp"
+#include "train_derail/simd/lanes.hpp"
 
 namespace train_derail::model {
 

@@ -1,4 +1,5 @@
-// The state vector as Eigen sees it.
+/// \file
+/// The state vector of models of the plane as Eigen sees it.
 #pragma once
 
 #include "train_derail/eigen_types.hpp"
@@ -6,13 +7,12 @@
 
 namespace train_derail::model {
 
-using Motion = Eigen::Array<double, Eigen::Dynamic, kCoordinates, Eigen::ColMajor | Eigen::DontAlign>;
-using MotionMap = Eigen::Map<Motion>;
-using ConstMotionMap = Eigen::Map<const Motion>;
-using Work = Eigen::Array<double, kWorkTerms, 1, Eigen::ColMajor | Eigen::DontAlign>;
-using WorkMap = Eigen::Map<Work>;
-using ConstWorkMap = Eigen::Map<const Work>;
-using StateVector = VectorX;
+using PlanarMotion = Eigen::Array<double, Eigen::Dynamic, kCoordinates, Eigen::ColMajor | Eigen::DontAlign>;
+using MotionMap = Eigen::Map<PlanarMotion>;
+using ConstMotionMap = Eigen::Map<const PlanarMotion>;
+using WorkTerms = Eigen::Array<double, kWorkTerms, 1, Eigen::ColMajor | Eigen::DontAlign>;
+using WorkMap = Eigen::Map<WorkTerms>;
+using ConstWorkMap = Eigen::Map<const WorkTerms>;
 
 inline MotionMap motion(double* state, Eigen::Index cars) { return {state, cars, kCoordinates}; }
 inline ConstMotionMap motion(const double* state, Eigen::Index cars) { return {state, cars, kCoordinates}; }

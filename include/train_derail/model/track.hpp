@@ -7,15 +7,24 @@
 #include <vector>
 
 #include "train_derail/eigen_types.hpp"
+#include "train_derail/files/archive.hpp"
 #include "train_derail/inputs/scenario.hpp"
 
 namespace train_derail::model {
 
-/// Stretches of rails.torn_length that are torn up as a whole.
-struct TornBins {
-  double per_length = 0.0, behind = 0.0;  // 1/m, bins before the point of derailment
+/// A quantity along the track, in bins of equal length.
+struct TrackTable {
+  const double* values = nullptr;
+  double from = 0.0;        ///< arc length at which bin `behind` begins [m]
+  double per_length = 0.0;  ///< bins a length [1/m]
+  double behind = 0.0;      ///< bins before `from`
+  double last = 0.0;        ///< index of the last bin
+
   /// The bin, counted from 0, that arc length s [m] lies in, with what is beyond its begin as a fraction.
-  double of(double s) const { return s * per_length + behind; }
+  template <class T>
+  T bin(const T& s) const {
+    return (s - from) * per_length + behind;
+  }
 };
 
 class Track {
@@ -45,22 +54,28 @@ class Track {
     return table[0] + (b - static_cast<double>(i)) * (table[1] - table[0]);
   }
 
-  /// offset[i] -= held[i] * alignment(s[i]), for n places at once.
-  void subtract_alignment(std::ptrdiff_t n, const double* s, const double* held, double* offset) const;
+  /// The same as a table, between whose values it is interpolated; the same beyond the ends as at them. Only if not
+  /// aligned().
+  TrackTable alignments() const { return {alignment_.data(), s_min_, 1.0 / kBin, 0.0, last_bin_}; }
 
+  /// The track is torn up at arc length s [m].
   bool torn(double s) const {
-    if (torn_.empty()) return false;
-    const double b = torn_bins_.of(s);
+    const double b = torn_bins().bin(s);
     return b >= 0.0 && b < static_cast<double>(torn_.size()) && torn_[static_cast<std::size_t>(b)] > 0.0;
+  }
+  /// The same as a table: 1 where it is torn, else 0. Empty if track is never torn.
+  TrackTable torn_bins() const {
+    return {torn_.data(), 0.0, torn_per_length_, torn_behind_, static_cast<double>(torn_.size()) - 1.0};
   }
   /// Least and largest arc length that may be torn; the first is larger if none is [m].
   double torn_from() const { return torn_from_; }
   double torn_to() const { return torn_to_; }
-  /// Whether torn() holds for any of n places s[i] with held[i] = 1 (others: 0).
-  bool any_torn(std::ptrdiff_t n, const double* s, const double* held) const;
+  /// Tears up the stretch of rails.torn_length that arc length s [m] lies in.
   void tear(double s);
   /// The rails are where they should be.
   bool aligned() const { return alignment_.empty(); }
+  /// What has been torn up, for a checkpoint.
+  void walk(files::Archive& archive);
 
  private:
   static constexpr double kBin = 5.0 * inputs::kFoot;
@@ -68,9 +83,9 @@ class Track {
   double s_min_;                   // m
   std::vector<double> alignment_;  // every kBin; the same beyond the ends as at them
   double last_bin_ = 0.0;
-  std::vector<Node> nodes_;  // every kBin, if there are curves
-  TornBins torn_bins_;
-  std::vector<double> torn_;  // a bin each: 1 if torn, else 0
+  std::vector<Node> nodes_;                           // every kBin, if there are curves
+  double torn_per_length_ = 0.0, torn_behind_ = 0.0;  // see TrackTable
+  std::vector<double> torn_;                          // a bin each: 1 if torn, else 0
   double torn_from_ = inputs::kInfinity, torn_to_ = -inputs::kInfinity;
 };
 

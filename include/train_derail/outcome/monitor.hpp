@@ -11,6 +11,9 @@
 
 namespace train_derail::outcome {
 
+struct Loops;
+struct MonitoredCars;
+
 class Monitor {
  public:
   /// `model` must outlive the monitor; (t, y) is where the run starts.
@@ -61,6 +64,8 @@ class Monitor {
   model::Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
   /// Of the sample that is being taken.
   model::CarMotion motion(const double* y, Eigen::Index car) const;
+  /// All cars of the sample that is being taken.
+  MonitoredCars columns(const double* y) const;
   void sample_speeds(double t, const double* y);
   void sample_touches(double t, const double* y);
   void note(const Closing& touch);
@@ -69,6 +74,7 @@ class Monitor {
   void report_incidents(const model::Incidents& incidents, Outcome& outcome) const;
 
   const model::TrainModel& model_;
+  const Loops& loops_;
   const inputs::OutcomeRules rules_;
   double energy_initial_;
   double step_time_;

@@ -7,10 +7,10 @@
 
 #include <xsimd/xsimd.hpp>
 
-#include "model/kernels_impl.hpp"
-#include "train_derail/model/lanes.hpp"
+#include "simd/blocks.hpp"
+#include "train_derail/simd/lanes.hpp"
 
-namespace train_derail::model {
+namespace train_derail {
 
 template <class Set>
 struct Lanes<xsimd::batch<double, Set>> {
@@ -24,6 +24,20 @@ struct Lanes<xsimd::batch<double, Set>> {
     b.store_unaligned(each);
     return *std::max_element(each, each + B::size);
   }
+  static B multiply_add(double a, const B& b, const B& c) { return xsimd::fma(B(a), b, c); }
+  static B look_up(const double* table, const B& b) {
+    double each[B::size];
+    b.store_unaligned(each);
+    for (double& place : each) place = table[static_cast<std::ptrdiff_t>(place)];
+    return B::load_unaligned(each);
+  }
+  static B single_inverse(const B& b) {
+    double each[B::size];
+    b.store_unaligned(each);
+    for (double& one : each) one = Lanes<double>::single_inverse(one);
+    return B::load_unaligned(each);
+  }
+  static B fraction(const B& b) { return b - xsimd::trunc(b); }
 };
 
 template <class Set>
@@ -57,4 +71,4 @@ struct Roots<xsimd::batch<double, Set>> {
   static B inverse(const B& x) { return 1.0 / xsimd::sqrt(x); }
 };
 
-}  // namespace train_derail::model
+}  // namespace train_derail

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace train_derail::model {
+namespace train_derail {
 
 /// `condition` ? a : b; of batches lane by lane.
 template <class T>
@@ -15,7 +15,7 @@ T select(bool condition, const T& a, const T& b) {
 /// Whether the condition holds, of batches in any lane.
 inline bool any(bool condition) { return condition; }
 
-/// Functions of an angle: those of the standard library; model/batch.hpp has them for batches.
+/// Functions of an angle: those of the standard library; src/simd/batch.hpp has them for batches.
 template <class T>
 struct Trigonometry {
   static T atan2(const T& y, const T& x) {
@@ -30,7 +30,7 @@ struct Trigonometry {
   }
 };
 
-/// Inverse square root of positive numbers; model/batch.hpp has it for batches.
+/// Inverse square root of positive numbers; src/simd/batch.hpp has it for batches.
 template <class T>
 struct Roots {
   static T inverse(const T& x) {
@@ -46,4 +46,4 @@ T atan2_where(const Condition& condition, const T& y, const T& x) {
   return select(condition, T(Trigonometry<T>::atan2(y, x)), T(0.0));
 }
 
-}  // namespace train_derail::model
+}  // namespace train_derail

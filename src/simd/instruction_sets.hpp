@@ -1,6 +1,7 @@
 // Which versions of kernels this processor can run.
 #pragma once
 
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@
 
 #include "train_derail/eigen_types.hpp"
 
-namespace train_derail::model {
+namespace train_derail {
 
 /// One object a version, each with instruction_set (its name) and lanes.
 template <class Kernels>
@@ -39,6 +40,10 @@ struct Versions {
     return suited;
   }
 
+  /// The fastest for loops of any length.
+  const Kernels* fastest() const { return choose(any_length, ""); }
+  static constexpr Eigen::Index any_length = std::numeric_limits<Eigen::Index>::max();
+
   std::vector<std::string> names(Eigen::Index cars) const {
     std::vector<std::string> names;
     for (const Kernels* v : usable(cars)) names.emplace_back(v->instruction_set);
@@ -58,4 +63,4 @@ struct Versions {
   }
 };
 
-}  // namespace train_derail::model
+}  // namespace train_derail

@@ -1,0 +1,47 @@
+#include "model/air_brakes.hpp"
+
+#include <algorithm>
+
+#include "train_derail/model/brake_law.hpp"
+
+namespace train_derail::model {
+
+AirBrakes::AirBrakes(const inputs::Scenario& scenario, const std::vector<Car>& cars, const ExtendedKernels& loops)
+    : law_(scenario.brakes), loops_(loops) {
+  const auto n = static_cast<Eigen::Index>(cars.size());
+  for (auto* a : {&ratio_, &pipe_}) *a = ArrayX::Zero(n);
+  signal_ = ArrayX::Constant(n, inputs::kInfinity);
+  share_ = ArrayX::Constant(n, scenario.ground.on_track_friction);
+  Eigen::Index car = 0;
+  double place = 0.0;
+  for (const inputs::CarBlock& block : scenario.consist) {
+    for (int i = 0; i < block.count; ++i, ++car) {
+      source_.push_back(block.brake_source == inputs::BrakeSource::remote);
+      ratio_[car] = block.brake_share * law_.force;
+      pipe_[car] = place + 0.5 * block.length;
+      place += block.length + scenario.coupler.length;
+    }
+  }
+  if (law_.emergency_time) vent(*law_.emergency_time, -1);
+}
+
+void AirBrakes::prepare(double t) {
+  if (law_.law == inputs::BrakeLaw::air)
+    loops_.brake(share_.size(), law_, t, ratio_.data(), signal_.data(), share_.data());
+}
+
+void AirBrakes::vent(double t, Eigen::Index coupler) {
+  if (law_.law != inputs::BrakeLaw::air) return;
+  const auto spread = [&](double at, double from) {
+    for (Eigen::Index k = 0; k < signal_.size(); ++k)
+      signal_[k] = std::min(signal_[k], at + brake_signal_delay(law_, pipe_[k] - from));
+  };
+  spread(t, coupler < 0 ? 0.0 : 0.5 * (pipe_[coupler] + pipe_[coupler + 1]));
+  for (Eigen::Index k = 0; k < pipe_.size(); ++k) {
+    if (source_[static_cast<std::size_t>(k)]) spread(t + law_.radio_delay, pipe_[k]);
+  }
+}
+
+void AirBrakes::walk(files::Archive& archive) { archive.column("signal", signal_); }
+
+}  // namespace train_derail::model

@@ -1,0 +1,37 @@
+/// \file
+/// Brakes of the cars on the track: the friction of the paper, or an emergency application of air brakes.
+#pragma once
+
+#include <vector>
+
+#include "model/extended_kernels.hpp"
+#include "model/part.hpp"
+#include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/train.hpp"
+
+namespace train_derail::model {
+
+class AirBrakes final : public Part {
+ public:
+  /// `loops` must outlive the part.
+  AirBrakes(const inputs::Scenario& scenario, const std::vector<Car>& cars, const ExtendedKernels& loops);
+
+  /// Along the track over the load of the car, at the time of prepare(): one a car [-].
+  const ArrayX& share() const { return share_; }
+  /// The brake pipe is opened at time t [s] between car `coupler` and the next (coupler -1: at the head of the train).
+  void vent(double t, Eigen::Index coupler);
+
+  void prepare(double t) override;
+  void walk(files::Archive& archive) override;
+
+ private:
+  const inputs::Brakes law_;
+  const ExtendedKernels& loops_;
+  std::vector<bool> source_;  // vents by radio
+  ArrayX ratio_;              // B of each car [-]
+  ArrayX pipe_;               // place of each car along the brake pipe [m]
+  ArrayX signal_;             // when the emergency signal comes [s]
+  ArrayX share_;
+};
+
+}  // namespace train_derail::model

@@ -1,0 +1,182 @@
+/// \file
+/// Force laws that act under every truck in every step, written for several trucks side by side. B is a double or a
+/// batch of them (simd/batch.hpp). A part has
+///   kWork   the term of the energy ledger that takes its work,
+///   pull()  its force on the trucks, kept in the arrays where its work needs it,
+///   taken() the power that this force takes from the train at the velocities given.
+/// A new part goes into TruckParts below; the loops walk that list.
+#pragma once
+
+#include <cstddef>
+
+#include "model/extended_kernels.hpp"
+#include "model/kernels_impl.hpp"
+#include "train_derail/model/ground_law.hpp"
+#include "train_derail/model/rail_law.hpp"
+
+namespace train_derail::model {
+
+/// A force in the world frame [N].
+template <class B>
+struct Pull {
+  B x, y;
+};
+
+/// Directions along the rails and to their left at some trucks. On straight track these are x and y.
+template <class B, bool straight>
+struct RailFrame {
+  B tx, ty;
+  RailFrame(const TruckArrays& a, std::ptrdiff_t truck) {
+    if constexpr (!straight) {
+      tx = Lanes<B>::load(a.tangent_x + truck);
+      ty = Lanes<B>::load(a.tangent_y + truck);
+    }
+  }
+  B along(const B& x, const B& y) const {
+    if constexpr (straight) return x;
+    else return x * tx + y * ty;
+  }
+  B across(const B& x, const B& y) const {
+    if constexpr (straight) return y;
+    else return y * tx - x * ty;
+  }
+  Pull<B> world(const B& along, const B& across) const {
+    if constexpr (straight) return {along, across};
+    else return {along * tx - across * ty, along * ty + across * tx};
+  }
+};
+
+/// Some trucks, as the parts see them.
+template <class B, bool straight>
+struct TruckView {
+  using L = Lanes<B>;
+  const ExtendedArrays& a;
+  std::ptrdiff_t car, i;  ///< places in arrays of cars and of trucks
+  B cosine, sine;         ///< of the cars' headings
+  B u, v;                 ///< velocity, world frame [m/s]
+  RailFrame<B, straight> rail;
+  B along, across;  ///< the same along the rails and to their left
+
+  /// `arm`: from the centres of the cars, forward [m]; (vx, vy, omega): motion of the cars.
+  TruckView(const ExtendedArrays& arrays, std::ptrdiff_t k, std::ptrdiff_t truck, const B& c, const B& s, const B& vx,
+            const B& vy, const B& omega, const B& rx, const B& ry)
+      : a(arrays),
+        car(k),
+        i(truck),
+        cosine(c),
+        sine(s),
+        u(vx - omega * ry),
+        v(vy + omega * rx),
+        rail(arrays.trucks, truck),
+        along(rail.along(u, v)),
+        across(rail.across(u, v)) {}
+
+  B get(const double* column) const { return L::load(column + i); }
+  void put(const B& value, double* column) const { L::store(value, column + i); }
+  auto on_track() const { return get(a.trucks.on_track) > B(0.5); }
+};
+
+/// Friction or brakes and rolling resistance along the track; across it too if the law is isotropic.
+struct TrackResistance {
+  static constexpr double EnergyLedger::*kWork = &EnergyLedger::work_on_track;
+  template <class B, bool straight>
+  static Pull<B> pull(const TruckView<B, straight>& t) {
+    const bool isotropic = !t.a.rails_on && t.a.ground->on_track_law == inputs::OnTrackLaw::isotropic;
+    const B load = Lanes<B>::load(t.a.brake_share + t.car) * t.get(t.a.trucks.load);
+    const auto f = friction<B>(load, t.along, isotropic ? t.across : B(0.0), t.a.regularization_speed);
+    const B along = select(t.on_track(), f.x, B(0.0)), across = select(t.on_track(), f.y, B(0.0));
+    t.put(along, t.a.trucks.along);
+    t.put(across, t.a.trucks.across);
+    return t.rail.world(along, across);
+  }
+  template <class B, bool straight>
+  static B taken(const TruckView<B, straight>& t) {
+    return -(t.get(t.a.trucks.along) * t.along + t.get(t.a.trucks.across) * t.across);
+  }
+};
+
+/// Rails that yield hold the truck sideways.
+struct RailHold {
+  static constexpr double EnergyLedger::*kWork = &EnergyLedger::work_rails;
+  template <class B, bool straight>
+  static Pull<B> pull(const TruckView<B, straight>& t) {
+    if (!t.a.rails_on) return {B(0.0), B(0.0)};
+    const B held = rail_force<B>(*t.a.rails, t.get(t.a.trucks.rail_damping), t.get(t.a.trucks.offset), t.across);
+    const B lateral = select(t.on_track(), held, B(0.0));
+    t.put(lateral, t.a.trucks.lateral);
+    return t.rail.world(B(0.0), lateral);
+  }
+  template <class B, bool straight>
+  static B taken(const TruckView<B, straight>& t) {
+    return t.a.rails_on ? B(-t.get(t.a.trucks.lateral) * t.across) : B(0.0);
+  }
+};
+
+/// Friction on the ground off the track.
+struct GroundFriction {
+  static constexpr double EnergyLedger::*kWork = &EnergyLedger::work_off_track;
+  template <class B, bool straight>
+  static Pull<B> pull(const TruckView<B, straight>& t) {
+    B mu(t.a.ground->off_track_friction);
+    if (t.a.by_slip) {
+      mu = slip_friction<B>(*t.a.ground, t.u * t.u + t.v * t.v, t.v * t.cosine - t.u * t.sine,
+                            t.get(t.a.trucks.offset));
+    }
+    const auto f = friction<B>(mu * t.get(t.a.trucks.patch) * t.get(t.a.trucks.load), t.u, t.v,
+                               t.a.regularization_speed);
+    const Pull<B> pull{select(t.on_track(), B(0.0), f.x), select(t.on_track(), B(0.0), f.y)};
+    t.put(pull.x, t.a.trucks.ground_x);
+    t.put(pull.y, t.a.trucks.ground_y);
+    return pull;
+  }
+  template <class B, bool straight>
+  static B taken(const TruckView<B, straight>& t) {
+    return -(t.get(t.a.trucks.ground_x) * t.u + t.get(t.a.trucks.ground_y) * t.v);
+  }
+};
+
+/// The part of the weight that acts along a grade.
+struct Slope {
+  static constexpr double EnergyLedger::*kWork = &EnergyLedger::work_grade;
+  template <class B, bool straight>
+  static Pull<B> pull(const TruckView<B, straight>& t) {
+    return t.rail.world(-t.a.grade * t.get(t.a.trucks.load), B(0.0));
+  }
+  template <class B, bool straight>
+  static B taken(const TruckView<B, straight>& t) {
+    return t.a.grade * t.get(t.a.trucks.load) * t.along;
+  }
+};
+
+/// Calls part by part.
+template <class... Parts>
+struct PartList {
+  static constexpr std::size_t count = sizeof...(Parts);
+  /// Sum of the forces.
+  template <class B, bool straight>
+  static Pull<B> pull(const TruckView<B, straight>& t) {
+    Pull<B> sum{B(0.0), B(0.0)};
+    const auto add = [&sum](const Pull<B>& f) {
+      sum.x = sum.x + f.x;
+      sum.y = sum.y + f.y;
+    };
+    (add(Parts::template pull<B, straight>(t)), ...);
+    return sum;
+  }
+  /// Adds `share` of the power that each part takes to the sum of its own.
+  template <class B, bool straight>
+  static void add_taken(const TruckView<B, straight>& t, const B& share, B (&sums)[count]) {
+    std::size_t part = 0;
+    ((sums[part] = sums[part] + share * Parts::template taken<B, straight>(t), ++part), ...);
+  }
+  /// Puts h times the sums into the ledger.
+  template <class B>
+  static void account(double h, const B (&sums)[count], EnergyLedger& spent) {
+    std::size_t part = 0;
+    ((spent.*Parts::kWork += h * Lanes<B>::sum(sums[part++])), ...);
+  }
+};
+
+using TruckParts = PartList<TrackResistance, RailHold, GroundFriction, Slope>;
+
+}  // namespace train_derail::model

@@ -1,0 +1,225 @@
+#include "model/trucks.hpp"
+
+#include <algorithm>
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
+
+#include "train_derail/inputs/extent.hpp"
+#include "train_derail/model/ground_law.hpp"
+#include "train_derail/model/rail_law.hpp"
+
+namespace train_derail::model {
+
+Trucks::Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs::Scenario& scenario,
+               const ExtendedKernels& loops, Record& record)
+    : train_(train),
+      cars_(cars),
+      loops_(loops),
+      rails_(scenario.rails),
+      rails_on_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
+      ahead_(scenario.initial.cars_ahead),
+      record_(record),
+      track_(scenario, inputs::track_extent(scenario).from, inputs::track_extent(scenario).to),
+      patches_(scenario.ground.patches),
+      past_pod_(train.cars().size(), false),
+      first_cause_(train.cars().size(), Cause::none),
+      cause_(2 * train.cars().size(), Cause::none) {
+  const Eigen::Index n = train.car_count();
+  for (auto* a : {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &along_,
+                  &across_, &lateral_, &ground_x_, &ground_y_, &lateral_before_}) {
+    *a = ArrayX::Zero(2 * n);
+  }
+  for (auto* a : {&on_track_, &tangent_x_, &patch_}) *a = ArrayX::Ones(2 * n);
+  const inputs::Perturbation& perturbation = scenario.initial.perturbation;
+  boost::random::mt19937_64 generator(static_cast<std::uint64_t>(perturbation.seed) ^ 0x61c5e1ULL);
+  boost::random::normal_distribution<double> normal;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Car& car = train.cars()[static_cast<std::size_t>(k)];
+    for (const End end : {FRONT, REAR}) {
+      load_[truck(k, end)] = 0.5 * car.weight;
+      rail_damping_[truck(k, end)] = rail_damping(rails_, car.mass);
+      kick_[truck(k, end)] = perturbation.kick * normal(generator);
+    }
+  }
+}
+
+TruckArrays Trucks::arrays() {
+  TruckArrays a;
+  a.on_track = on_track_.data();
+  a.offset = offset_.data();
+  a.tangent_x = tangent_x_.data();
+  a.tangent_y = tangent_y_.data();
+  a.load = load_.data();
+  a.rail_damping = rail_damping_.data();
+  a.patch = patch_.data();
+  a.along = along_.data();
+  a.across = across_.data();
+  a.lateral = lateral_.data();
+  a.ground_x = ground_x_.data();
+  a.ground_y = ground_y_.data();
+  return a;
+}
+
+bool Trucks::derailed(Eigen::Index car) const {
+  return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
+}
+
+TrackPlace Trucks::place(Eigen::Index car, const Vector2& point) const {
+  const double s = track_.foot(point, arc_[truck(car, FRONT)]);
+  const Track::Node n = track_.at(s);
+  return {s, (point - n.point).dot(Vector2(-n.tangent.y(), n.tangent.x())), n.tangent};
+}
+
+void Trucks::start(const double* y) {
+  for (Eigen::Index i = 0; i < px_.size(); ++i) arc_[i] = track_.nearest({px_[i], py_[i]});
+  pass_pod(y);
+  if (rails_on_) {
+    for (Eigen::Index i = 0; i < px_.size(); ++i) {
+      if (car_of(i) < ahead_ || arc_[i] < 0.0) continue;
+      cause_[static_cast<std::size_t>(i)] = Cause::pod;
+      on_track_[i] = 0.0;
+      record_.incidents.derailments.push_back({0.0, car_of(i), i < cars_.cars, Cause::pod, px_[i], py_[i]});
+    }
+  }
+  order_derailments();
+  locate();
+  find_standing();
+}
+
+void Trucks::locate() {
+  const Eigen::Index trucks = px_.size();
+  if (track_.straight()) {
+    arc_ = px_;
+    offset_ = py_;
+  } else {
+    for (Eigen::Index i = 0; i < trucks; ++i) {
+      arc_[i] = track_.foot({px_[i], py_[i]}, arc_[i]);
+      const Track::Node node = track_.at(arc_[i]);
+      tangent_x_[i] = node.tangent.x();
+      tangent_y_[i] = node.tangent.y();
+      offset_[i] = (py_[i] - node.point.y()) * node.tangent.x() - (px_[i] - node.point.x()) * node.tangent.y();
+    }
+  }
+  // Patches lie along and across the track, wherever its rails have moved to.
+  for (Eigen::Index i = 0; i < trucks && !patches_.empty(); ++i)
+    patch_[i] = patch_factor(patches_, arc_[i], offset_[i]);
+  if (rails_on_ && !track_.aligned())
+    loops_.subtract_alignment(trucks, track_.alignments(), arc_.data(), on_track_.data(), offset_.data());
+}
+
+void Trucks::pass(const Step& step) {
+  pass_pod(step.after);
+  if (rails_on_) leave_bad_track(step);
+}
+
+void Trucks::pass_pod(const double* y) {
+  const double* x = train_.plan(y).x;
+  for (Eigen::Index k = ahead_; k < cars_.cars; ++k) {
+    if (x[k] < 0.0 || past_pod(k)) continue;
+    past_pod_[static_cast<std::size_t>(k)] = true;
+    if (!rails_on_) on_track_[truck(k, FRONT)] = on_track_[truck(k, REAR)] = 0.0;
+  }
+}
+
+void Trucks::leave_bad_track(const Step& step) {
+  const Eigen::Index trucks = px_.size();
+  // Most steps nothing happens: find that out for all trucks together.
+  const OnBadTrack bad =
+      loops_.on_bad_track(trucks, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
+  const bool anything = !track_.straight() || bad.passes ||
+                        (bad.may_be_torn && loops_.any_torn(trucks, track_.torn_bins(), px_.data(), on_track_.data()));
+  if (!anything) return;
+  bool left = false;
+  for (Eigen::Index i = 0; i < trucks; ++i) {
+    if (!on_rails(i)) continue;
+    const double s = track_.foot({px_[i], py_[i]}, arc_[i]);
+    const double from = arc_[i];
+    arc_[i] = s;
+    if (car_of(i) >= ahead_ && from < 0.0 && s >= 0.0)
+      leave(step.end() - step.length * s / (s - from), i, Cause::pod, step.after);
+    else if (track_.torn(s)) leave(step.end(), i, Cause::torn_track, step.after);
+    else continue;
+    left = true;
+  }
+  if (left) find_standing();
+}
+
+bool Trucks::give_way(const Step& step) {
+  if (!rails_on_ || !loops_.overload(px_.size(), rails_, step.length, lateral_before_.data(), lateral_.data(),
+                                     load_.data(), overloaded_.data()))
+    return false;
+  bool left = false;
+  for (Eigen::Index i = 0; i < px_.size(); ++i) {
+    if (!on_rails(i) || overloaded_[i] <= rails_.derail_time) continue;
+    const double t = derail_moment(rails_, lateral_before_[i], lateral_[i], load_[i], step.end(), step.length,
+                                   overloaded_[i]);
+    leave(t, i, Cause::lateral, step.after);
+    left = true;
+  }
+  if (!left) return false;
+  find_standing();
+  locate();
+  return true;
+}
+
+void Trucks::leave(double t, Eigen::Index truck, Cause cause, double* y) {
+  MotionMap q = motion(y, cars_.cars);
+  const Eigen::Index car = car_of(truck);
+  cause_[static_cast<std::size_t>(truck)] = cause;
+  on_track_[truck] = 0.0;
+  overloaded_[truck] = 0.0;
+  record_.incidents.derailments.push_back({t, car, truck < cars_.cars, cause, px_[truck], py_[truck]});
+  track_.tear(arc_[truck]);
+  if (cause != Cause::pod || kick_[truck] == 0.0) return;
+  // An impulse at the truck, across the car, that changes the truck's velocity by the kick.
+  const double arm = truck < cars_.cars ? cars_.half_spacing[car] : -cars_.half_spacing[car];
+  const double impulse = kick_[truck] / (cars_.inverse_mass[car] + arm * arm * cars_.inverse_inertia[car]);
+  const auto kinetic = [&] {
+    const Car& c = train_.cars()[static_cast<std::size_t>(car)];
+    return 0.5 * c.mass * (q(car, VX) * q(car, VX) + q(car, VY) * q(car, VY)) +
+           0.5 * c.yaw_inertia * q(car, OMEGA) * q(car, OMEGA);
+  };
+  const double before = kinetic();
+  q(car, VX) -= impulse * cars_.inverse_mass[car] * cars_.sine[car];
+  q(car, VY) += impulse * cars_.inverse_mass[car] * cars_.cosine[car];
+  q(car, OMEGA) += impulse * arm * cars_.inverse_inertia[car];
+  record_.spent.work_kicks -= kinetic() - before;
+}
+
+void Trucks::find_standing() {
+  standing_ = -1;
+  for (Eigen::Index k = cars_.cars - 1; k >= ahead_ && !derailed(k); --k) standing_ = k;
+  if (standing_ > 0 && !derailed(standing_ - 1)) standing_ = -1;
+}
+
+void Trucks::order_derailments() {
+  std::vector<Derailment>& all = record_.incidents.derailments;
+  const auto begin = all.begin() + static_cast<std::ptrdiff_t>(ordered_);
+  std::stable_sort(begin, all.end(), [](const Derailment& a, const Derailment& b) { return a.time < b.time; });
+  for (auto d = begin; d != all.end(); ++d) {
+    Cause& cause = first_cause_[static_cast<std::size_t>(d->car)];
+    if (cause == Cause::none) cause = d->cause;
+  }
+  ordered_ = all.size();
+}
+
+void Trucks::walk(files::Archive& archive) {
+  archive.flags("past_pod", past_pod_);
+  archive.list("first_cause", first_cause_, [&](Cause& c) { archive.value("cause", c); });
+  archive.list("cause", cause_, [&](Cause& c) { archive.value("cause", c); });
+  archive.value("standing", standing_);
+  archive.value("ordered", ordered_);
+  archive.column("arc", arc_);
+  archive.column("overloaded", overloaded_);
+  archive.column("on_track", on_track_);
+  archive.column("offset", offset_);
+  archive.column("tangent_x", tangent_x_);
+  archive.column("tangent_y", tangent_y_);
+  archive.column("patch", patch_);
+  archive.column("place_x", px_);
+  archive.column("place_y", py_);
+  archive.group("track", [&] { track_.walk(archive); });
+}
+
+}  // namespace train_derail::model

@@ -1,0 +1,82 @@
+/// \file
+/// Trucks of the extended model: where they are by the track, whether rails hold them, and how they leave them.
+#pragma once
+
+#include <vector>
+
+#include "model/extended_kernels.hpp"
+#include "model/part.hpp"
+#include "train_derail/model/planar_model.hpp"
+#include "train_derail/model/track.hpp"
+
+namespace train_derail::model {
+
+/// Trucks are numbered: the front ones of all cars, then the rear ones. The loops find the forces under them.
+class Trucks final : public Part {
+ public:
+  /// `cars`: the arrays of `train`. `train`, `loops` and `record` must outlive the part.
+  Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs::Scenario& scenario,
+         const ExtendedKernels& loops, Record& record);
+
+  /// What the loops need; valid as long as the part lives.
+  TruckArrays arrays();
+  bool rails_on() const { return rails_on_; }
+  const Track& track() const { return track_; }
+  const inputs::Rails& rails() const { return rails_; }
+  /// Places of the trucks, which the loops find [m].
+  double* place_x() { return px_.data(); }
+  double* place_y() { return py_.data(); }
+
+  bool derailed(Eigen::Index car) const;
+  bool past_pod(Eigen::Index car) const { return past_pod_[static_cast<std::size_t>(car)]; }
+  Cause cause(Eigen::Index car) const { return first_cause_[static_cast<std::size_t>(car)]; }
+  TrackPlace place(Eigen::Index car, const Vector2& point) const;
+  /// The foremost car that stands on the rails behind what has derailed; -1: none.
+  Eigen::Index standing() const { return standing_; }
+
+  /// State `y` of the start, places known: trucks past the point of derailment are off the rails.
+  void start(const double* y);
+  /// The step is done, places at its end known: who has passed the point of derailment, or come to torn track.
+  void pass(const Step& step);
+  /// Where the trucks are on the track, from their places.
+  void locate();
+  /// The loops are about to find new lateral forces: those that are there become the ones before.
+  void keep_lateral() { lateral_before_ = lateral_; }
+  /// Lateral forces beyond rails.derail_ratio for longer than rails.derail_time push trucks off the rails.
+  bool give_way(const Step& step) override;
+  /// Puts what has derailed in this step on in the order of time.
+  void order_derailments();
+  void walk(files::Archive& archive) override;
+
+ private:
+  enum End { FRONT, REAR };
+  Eigen::Index truck(Eigen::Index car, End end) const { return end == FRONT ? car : cars_.cars + car; }
+  Eigen::Index car_of(Eigen::Index truck) const { return truck < cars_.cars ? truck : truck - cars_.cars; }
+  bool on_rails(Eigen::Index truck) const { return cause_[static_cast<std::size_t>(truck)] == Cause::none; }
+  void pass_pod(const double* y);
+  /// At the point of derailment or on torn track.
+  void leave_bad_track(const Step& step);
+  void leave(double t, Eigen::Index truck, Cause cause, double* y);
+  void find_standing();
+
+  const PlanarModel& train_;
+  const PlanarArrays cars_;
+  const ExtendedKernels& loops_;
+  const inputs::Rails rails_;
+  const bool rails_on_;
+  const Eigen::Index ahead_;  // cars that have passed the point of derailment unharmed
+  Record& record_;
+  Track track_;
+  const std::vector<inputs::GroundPatch> patches_;
+  // One a car.
+  std::vector<bool> past_pod_;
+  std::vector<Cause> first_cause_;
+  Eigen::Index standing_ = -1;
+  std::size_t ordered_ = 0;  // derailments of the record
+  // One a truck; see TruckArrays.
+  std::vector<Cause> cause_;
+  ArrayX kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_, patch_, px_, py_;
+  ArrayX along_, across_, lateral_, ground_x_, ground_y_, lateral_before_;
+};
+
+}  // namespace train_derail::model

@@ -1,0 +1,8 @@
+#include "outcome/loops_impl.hpp"
+#include "simd/batch.hpp"
+
+namespace train_derail::outcome {
+
+const Loops kLoopsAvx512 = make_loops<xsimd::batch<double, xsimd::avx512f>>("avx512");
+
+}  // namespace train_derail::outcome

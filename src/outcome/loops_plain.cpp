@@ -1,0 +1,7 @@
+#include "outcome/loops_impl.hpp"
+
+namespace train_derail::outcome {
+
+const Loops kLoopsPlain = make_loops<double>("plain");
+
+}  // namespace train_derail::outcome

@@ -1,0 +1,24 @@
+#include "solver/loops.hpp"
+
+#include "simd/instruction_sets.hpp"
+
+namespace train_derail::solver {
+
+namespace {
+
+#ifdef TRAIN_DERAIL_X86
+constexpr Versions<Loops> kVersions{&kLoopsAvx512, &kLoopsAvx2, &kLoopsSse2, &kLoopsPlain};
+#else
+constexpr Versions<Loops> kVersions{nullptr, nullptr, nullptr, &kLoopsPlain};
+#endif
+
+}  // namespace
+
+const Loops& loops() {
+  static const Loops& fastest = *kVersions.fastest();
+  return fastest;
+}
+
+std::vector<const Loops*> usable_loops() { return kVersions.usable(kVersions.any_length); }
+
+}  // namespace train_derail::solver

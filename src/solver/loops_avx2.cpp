@@ -1,0 +1,8 @@
+#include "solver/loops_impl.hpp"
+#include "simd/batch.hpp"
+
+namespace train_derail::solver {
+
+const Loops kLoopsAvx2 = make_loops<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
+
+}  // namespace train_derail::solver

@@ -1,0 +1,8 @@
+#include "solver/loops_impl.hpp"
+#include "simd/batch.hpp"
+
+namespace train_derail::solver {
+
+const Loops kLoopsAvx512 = make_loops<xsimd::batch<double, xsimd::avx512f>>("avx512");
+
+}  // namespace train_derail::solver

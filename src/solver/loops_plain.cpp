@@ -1,0 +1,7 @@
+#include "solver/loops_impl.hpp"
+
+namespace train_derail::solver {
+
+const Loops kLoopsPlain = make_loops<double>("plain");
+
+}  // namespace train_derail::solver

@@ -1,0 +1,8 @@
+#include "solver/loops_impl.hpp"
+#include "simd/batch.hpp"
+
+namespace train_derail::solver {
+
+const Loops kLoopsSse2 = make_loops<xsimd::batch<double, xsimd::sse2>>("sse2");
+
+}  // namespace train_derail::solver
