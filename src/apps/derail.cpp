@@ -21,6 +21,7 @@
 #include "train_derail/fields/reference.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/units.hpp"
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/incidents_csv.hpp"
@@ -39,7 +40,7 @@ constexpr int kOk = 0, kOutputFailed = 1, kInputWrong = 2, kIntegrationFailed = 
 
 struct Arguments {
   std::string file;
-  std::optional<std::string> json, csv, incidents, bag;
+  std::optional<std::string> json, csv, incidents, bag, from, checkpoint, checkpoint_time;
   std::vector<std::string> set;
   int seeds = 0, jobs = 0;
   bool force = false, quiet = false;
@@ -63,6 +64,24 @@ double progress_of(const simulation::Simulation& s) {
   return std::min(std::max(by_speed, s.time() / s.scenario().stop.time_max), 1.0);
 }
 
+/// When the run is to be saved: at --checkpoint-time [s]; left out: at its end.
+double checkpoint_time(const Arguments& a) {
+  if (!a.checkpoint_time) return inputs::kInfinity;
+  const auto refuse = [&a](const std::string& problem) {
+    throw inputs::InputError("command line", "--checkpoint-time", *a.checkpoint_time, problem,
+                             "a time of the run, as in \"5 s\", with --checkpoint");
+  };
+  if (!a.checkpoint) refuse("nothing is to be saved");
+  double t = 0.0;
+  try {
+    t = inputs::to_si(*a.checkpoint_time, "s");
+  } catch (const std::invalid_argument& e) {
+    refuse(e.what());
+  }
+  if (!(t >= 0.0)) refuse("before the run begins");
+  return t;
+}
+
 /// What `derail run` writes. Opened before the computing: an unwritable path is said then, not after it.
 class Outputs {
  public:
@@ -75,14 +94,17 @@ class Outputs {
     add("--incidents", a.incidents);
     add("--json", a.json);
     add("--bag", a.bag);
-    apps::require_apart({{"FILE", a.file}}, paths);
+    add("--checkpoint", a.checkpoint);
+    std::vector<apps::NamedPath> inputs{{"FILE", a.file}};
+    if (a.from) inputs.push_back({"--from", *a.from});
+    apps::require_apart(inputs, paths);
     if (a.bag == "-") throw inputs::InputError("command line", "--bag", "-", "a bag needs a file of its own", "a path");
     open(a.csv, csv_);
     open(a.incidents, incidents_);
     open(a.json, json_);
   }
 
-  /// At time 0.
+  /// Before the first step.
   void start(const Arguments& a, const simulation::Simulation& s) {
     if (a.bag) bag_ = apps::open_bag(*a.bag, existing_, s);
     if (!csv_) return;
@@ -133,7 +155,8 @@ class Outputs {
 int run(const Arguments& a) {
   const inputs::Scenario scenario = read(a);
   if (a.seeds > 0) {
-    for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents)}) {
+    for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents),
+                                        std::pair("--from", a.from), std::pair("--checkpoint", a.checkpoint)}) {
       if (value)
         throw inputs::InputError("command line", option, *value, "is of one run; --seeds asks for many",
                                  "one of the two");
@@ -143,17 +166,27 @@ int run(const Arguments& a) {
   if (a.jobs > 0)
     throw inputs::InputError("command line", "--jobs", std::to_string(a.jobs), "one run is computed by one thread",
                              "with --seeds");
+  const double save_at = checkpoint_time(a);
   apps::stop_on_signals();  // before there is anything that could be left half
   Outputs outputs(a);
-  simulation::Simulation simulation(scenario);
+  simulation::Simulation simulation = a.from ? simulation::Simulation(scenario, simulation::read_checkpoint(*a.from))
+                                             : simulation::Simulation(scenario);
+  if (a.checkpoint) static_cast<void>(simulation.checkpoint());  // refused, if at all, before the computing
   outputs.start(a, simulation);
+  bool saved = !a.checkpoint;
   {
     apps::Progress progress(!a.quiet);
-    if (!progress.shown() && !outputs.follows()) simulation.run(&apps::stop);  // nobody looks on
-    for (std::int64_t tick = 1; !simulation.ended() && !apps::stop; ++tick) {
+    if (!progress.shown() && !outputs.follows() && saved) simulation.run(&apps::stop);  // nobody looks on
+    const double interval = scenario.output.interval;
+    for (auto tick = static_cast<std::int64_t>(simulation.time() / interval) + 1; !simulation.ended() && !apps::stop;
+         ++tick) {
       const double before = simulation.time();
-      simulation.advance(static_cast<double>(tick) * scenario.output.interval, &apps::stop);
+      simulation.advance(static_cast<double>(tick) * interval, &apps::stop);
       if (simulation.time() > before) outputs.grid_point(simulation);
+      if (!saved && (simulation.time() >= save_at || simulation.ended())) {
+        simulation::write_checkpoint(simulation.checkpoint(), *a.checkpoint, apps::existing(a.force));
+        saved = true;
+      }
       progress.update(progress_of(simulation), fmt::format("{:.1f} s simulated", simulation.time()));
     }
   }
@@ -256,6 +289,14 @@ int command_line(int argc, char** argv) {
   apps::add_path(run_command, "--incidents", a.incidents,
                  "Write what happened: trucks off the rails, broken couplers, impacts (CSV); - is standard output");
   apps::add_path(run_command, "--bag", a.bag, "Record what the node would publish; a folder: named by date");
+  apps::add_path(run_command, "--checkpoint", a.checkpoint,
+                 "Save the run at --checkpoint-time, to go on from there later; only with solver.method semi_implicit");
+  run_command->add_option(
+      "--checkpoint-time", a.checkpoint_time,
+      "When, as in \"5 s\": at the first point of the output grid from then on; default: at the end");
+  apps::add_path(
+      run_command, "--from", a.from,
+      "Go on from what --checkpoint has saved: bit for bit the same run, or with other inputs from there on");
   apps::add_force(run_command, a.force);
   run_command
       ->add_option("--seeds", a.seeds,

@@ -1,6 +1,6 @@
 #include "train_derail/files/archive.hpp"
 
-#include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,17 +10,21 @@ namespace train_derail::files {
 
 using Json = nlohmann::json;
 
+ArchiveError::ArchiveError(std::string name, std::string problem)
+    : std::runtime_error(name.empty() ? problem : name + ": " + problem),
+      name_(std::move(name)),
+      problem_(std::move(problem)) {}
+
 struct Archive::Impl {
   bool restoring = false;
-  std::string source;
   Json root = Json::object();
-  std::vector<Json*> open{&root};   // the group, list or item that the walk is in, last
-  std::vector<std::string> path;    // their names
+  std::vector<Json*> open{&root};  // the group, list or item that the walk is in, last
+  std::vector<std::string> path;   // their names
 
   [[noreturn]] void fail(std::string_view name, const std::string& what) const {
     std::vector<std::string> all = path;
     all.emplace_back(name);
-    throw std::runtime_error(fmt::format("{}: {}: {}", source, fmt::join(all, "."), what));
+    throw ArchiveError(fmt::format("{}", fmt::join(all, ".")), what);
   }
 
   const Json& find(std::string_view name) const {
@@ -47,11 +51,10 @@ struct Archive::Impl {
 
 Archive::Archive() : impl_(std::make_unique<Impl>()) {}
 
-Archive::Archive(const std::vector<std::uint8_t>& bytes, std::string source) : impl_(std::make_unique<Impl>()) {
+Archive::Archive(const std::vector<std::uint8_t>& bytes) : impl_(std::make_unique<Impl>()) {
   impl_->restoring = true;
-  impl_->source = std::move(source);
   impl_->root = Json::from_cbor(bytes, true, false);
-  if (!impl_->root.is_object()) throw std::runtime_error(impl_->source + ": not a checkpoint, or not a whole one");
+  if (!impl_->root.is_object()) throw ArchiveError("", "not what an archive has saved, or not the whole of it");
 }
 
 Archive::~Archive() = default;
@@ -78,6 +81,16 @@ void Archive::value(std::string_view name, std::string& v) {
   const Json& found = impl_->find(name);
   if (!found.is_string()) impl_->fail(name, "not a text");
   v = found.get<std::string>();
+}
+
+void Archive::value(std::string_view name, std::vector<std::uint8_t>& v) {
+  if (!impl_->restoring) {
+    impl_->put(name) = Json::binary(v);
+    return;
+  }
+  const Json& found = impl_->find(name);
+  if (!found.is_binary()) impl_->fail(name, "not a string of bytes");
+  v = found.get_binary();
 }
 
 void Archive::integer(std::string_view name, std::int64_t& v) {

@@ -65,6 +65,8 @@ inline constexpr std::array<Names<Method>, 4> kMethods{{{"cash_karp", Method::ca
                                                         {"dormand_prince", Method::dormand_prince},
                                                         {"bdf", Method::bdf},
                                                         {"semi_implicit", Method::semi_implicit}}};
+inline constexpr std::array<Names<Model>, 3> kModels{
+    {{"by_parts", Model::by_parts}, {"paper", Model::paper}, {"extended", Model::extended}}};
 inline constexpr std::array<Names<OffTrackLaw>, 2> kOffTrackLaws{
     {{"coulomb", OffTrackLaw::coulomb}, {"by_slip", OffTrackLaw::by_slip}}};
 inline constexpr std::array<Names<BrakeLaw>, 2> kBrakeLaws{{{"friction", BrakeLaw::friction}, {"air", BrakeLaw::air}}};
@@ -79,6 +81,63 @@ inline constexpr int kCarsMax = 1000;
 inline const Range kYawInertiaFactors = between(0.01, 0.25), kUsualYawInertiaFactors = between(0.06, 0.13);
 inline const Range kPlaces = between(-1e5, 1e5);  // along and across the track
 inline constexpr std::size_t kCurvesMax = 1000, kPatchesMax = 1000;
+
+/// A part that only the extended model has, and that a scenario may switch on.
+struct PartInput {
+  const char* key;                        ///< that switches it on
+  std::string (*value)(const Scenario&);  ///< its value if it is on, else ""
+  bool needs_rails;                       ///< acts only with ground.on_track_law: rails
+};
+inline std::string on_text(bool on, const std::string& value) { return on ? value : ""; }
+inline const std::array<PartInput, 15> kParts{{
+    {"ground.on_track_law",
+     [](const Scenario& s) { return on_text(s.ground.on_track_law == OnTrackLaw::rails, "rails"); }, false},
+    {"ground.off_track_law",
+     [](const Scenario& s) { return on_text(s.ground.off_track_law == OffTrackLaw::by_slip, "by_slip"); }, false},
+    {"ground.patches",
+     [](const Scenario& s) {
+       return on_text(!s.ground.patches.empty(), fmt::format("{} patches", s.ground.patches.size()));
+     },
+     false},
+    {"brakes.law", [](const Scenario& s) { return on_text(s.brakes.law == BrakeLaw::air, "air"); }, true},
+    {"contact.law", [](const Scenario& s) { return on_text(s.contact.law == ContactLaw::elastic, "elastic"); }, false},
+    {"coupler.draft_gear_travel",
+     [](const Scenario& s) {
+       return on_text(s.coupler.draft_gear_travel > 0.0, number_text(s.coupler.draft_gear_travel));
+     },
+     false},
+    {"coupler.damping_ratio",
+     [](const Scenario& s) { return on_text(s.coupler.damping_ratio > 0.0, number_text(s.coupler.damping_ratio)); },
+     false},
+    {"coupler.break_draft",
+     [](const Scenario& s) { return on_text(s.coupler.break_draft < kInfinity, number_text(s.coupler.break_draft)); },
+     false},
+    {"coupler.break_swing",
+     [](const Scenario& s) { return on_text(s.coupler.break_swing < kInfinity, number_text(s.coupler.break_swing)); },
+     false},
+    {"coupler.break_moment",
+     [](const Scenario& s) { return on_text(s.coupler.break_moment < kInfinity, number_text(s.coupler.break_moment)); },
+     false},
+    {"track.grade", [](const Scenario& s) { return on_text(s.track.grade != 0.0, number_text(s.track.grade)); }, true},
+    {"track.curves",
+     [](const Scenario& s) {
+       return on_text(!s.track.curves.empty(), fmt::format("{} curves", s.track.curves.size()));
+     },
+     true},
+    {"initial.cars_ahead",
+     [](const Scenario& s) { return on_text(s.initial.cars_ahead > 0, fmt::format("{}", s.initial.cars_ahead)); },
+     true},
+    {"initial.perturbation.kick",
+     [](const Scenario& s) {
+       return on_text(s.initial.perturbation.kick > 0.0, number_text(s.initial.perturbation.kick));
+     },
+     true},
+    {"initial.perturbation.alignment",
+     [](const Scenario& s) {
+       return on_text(s.initial.perturbation.alignment > 0.0, number_text(s.initial.perturbation.alignment));
+     },
+     true},
+}};
 
 /// When a key acts: a value that the laws which the scenario has chosen do not use has no effect, and that is said.
 struct When {
@@ -344,7 +403,7 @@ template <class V, class S>
 void describe_solver(V& v, S& s) {
   v.choice("method", s.method, kMethods,
            "cash_karp, dormand_prince: explicit Runge-Kutta 5(4); bdf: implicit, banded Newton; semi_implicit: "
-           "Euler's, for all parts beyond the paper.");
+           "Euler's, the one for the extended model.");
   v.number("rtol", s.rtol, {"1", "", between(1e-15, 0.1), between(1e-14, 1e-3)},
            {"Relative tolerance of the local error.", &kErrorControl});
   v.number("atol", s.atol, {"1", "", between(1e-18, 0.1), between(1e-16, 1e-3)},
@@ -359,6 +418,9 @@ void describe_solver(V& v, S& s) {
 template <class V, class S>
 void describe(V& v, S& s) {
   v.text("title", s.title, "One line for tables and pictures.");
+  v.choice("model", s.model, kModels,
+           "paper: of 2007; extended: with rails, brakes, contact and all other parts; by_parts: extended if one of "
+           "these is switched on.");
   v.list(
       "consist", s.consist, [](auto& w, auto& c) { describe_block(w, c); },
       "Blocks of equal cars, counted back from the foremost.", true);

@@ -12,38 +12,41 @@ namespace {
 
 constexpr double kSamplesMax = 1e7, kOutputsMax = 1e6, kTornBinsMax = 1e6;
 
-std::string method_name(Method method) {
-  for (const auto& [name, m] : kMethods) {
-    if (m == method) return std::string(name);
+template <class E, class Table>
+std::string name_of(const Table& names, E value) {
+  for (const auto& [name, v] : names) {
+    if (v == value) return std::string(name);
   }
   return "";
 }
 
+/// Null if no part beyond the paper's model is switched on.
+const PartInput* first_part(const Scenario& s) {
+  const auto on = [&s](const PartInput& part) { return !part.value(s).empty(); };
+  const auto* found = std::find_if(kParts.begin(), kParts.end(), on);
+  return found == kParts.end() ? nullptr : found;
+}
+
 void check_parts(const Scenario& s) {
-  const std::string part = first_part_beyond_the_paper(s);
-  if (!part.empty() && s.solver.method != Method::semi_implicit) {
-    refuse("solver.method", method_name(s.solver.method), fmt::format("{} makes the motion not smooth", part),
+  const bool rails = s.ground.on_track_law == OnTrackLaw::rails;
+  for (const PartInput& p : kParts) {
+    if (p.needs_rails && !rails && !p.value(s).empty())
+      refuse(p.key, p.value(s), "needs rails", "ground.on_track_law: rails, or leave it out");
+  }
+  const PartInput* part = first_part(s);
+  const std::string part_text = part == nullptr ? "" : fmt::format("{}: {}", part->key, part->value(s));
+  if (s.model == Model::paper && part != nullptr)
+    refuse("model", "paper", fmt::format("has no {}", part_text), "extended, or leave it out");
+  if (model_of(s) == Model::extended && s.solver.method != Method::semi_implicit) {
+    refuse("solver.method", name_of(kMethods, s.solver.method),
+           part != nullptr ? fmt::format("{} makes the motion not smooth", part_text) : "model: extended is not smooth",
            "semi_implicit");
   }
-  if (s.solver.method == Method::semi_implicit) {
-    if (!s.solver.fixed_step)
-      refuse("solver.fixed_step", "", "missing: semi_implicit has no error control", "(0, 1] s");
-    if (s.ground.on_track_law == OnTrackLaw::guided) {
-      refuse("ground.on_track_law", "guided", "constraints are for the other methods", "rails, isotropic, along_track");
-    }
+  if (model_of(s) == Model::extended && s.ground.on_track_law == OnTrackLaw::guided) {
+    refuse("ground.on_track_law", "guided", "constraints are for the paper's model", "rails, isotropic, along_track");
   }
-  const bool rails = s.ground.on_track_law == OnTrackLaw::rails;
-  const auto needs_rails = [&](bool used, const char* key, const std::string& value) {
-    if (used && !rails) refuse(key, value, "needs rails", "ground.on_track_law: rails, or leave it out");
-  };
-  needs_rails(s.brakes.law == BrakeLaw::air, "brakes.law", "air");
-  needs_rails(s.track.grade != 0.0, "track.grade", fmt::format("{}", s.track.grade));
-  needs_rails(!s.track.curves.empty(), "track.curves", fmt::format("{} curves", s.track.curves.size()));
-  needs_rails(s.initial.cars_ahead > 0, "initial.cars_ahead", fmt::format("{}", s.initial.cars_ahead));
-  needs_rails(s.initial.perturbation.kick > 0.0, "initial.perturbation.kick",
-              fmt::format("{}", s.initial.perturbation.kick));
-  needs_rails(s.initial.perturbation.alignment > 0.0, "initial.perturbation.alignment",
-              fmt::format("{}", s.initial.perturbation.alignment));
+  if (s.solver.method == Method::semi_implicit && !s.solver.fixed_step)
+    refuse("solver.fixed_step", "", "missing: semi_implicit has no error control", "(0, 1] s");
   for (std::size_t i = 1; i < s.track.curves.size(); ++i) {
     const double end = s.track.curves[i - 1].start + s.track.curves[i - 1].length;
     if (s.track.curves[i].start < end) {
@@ -154,17 +157,13 @@ TrackExtent track_extent(const Scenario& s) {
 }
 
 std::string first_part_beyond_the_paper(const Scenario& s) {
-  if (s.ground.on_track_law == OnTrackLaw::rails) return "ground.on_track_law: rails";
-  if (s.ground.off_track_law == OffTrackLaw::by_slip) return "ground.off_track_law: by_slip";
-  if (!s.ground.patches.empty()) return "ground.patches";
-  if (s.brakes.law == BrakeLaw::air) return "brakes.law: air";
-  if (s.contact.law != ContactLaw::none) return "contact.law";
-  if (s.coupler.draft_gear_travel > 0.0) return "coupler.draft_gear_travel";
-  if (s.coupler.damping_ratio > 0.0) return "coupler.damping_ratio";
-  if (s.coupler.break_draft < kInfinity) return "coupler.break_draft";
-  if (s.coupler.break_swing < kInfinity) return "coupler.break_swing";
-  if (s.coupler.break_moment < kInfinity) return "coupler.break_moment";
-  return "";
+  const PartInput* part = first_part(s);
+  return part == nullptr ? "" : part->key;
+}
+
+Model model_of(const Scenario& s) {
+  if (s.model != Model::by_parts) return s.model;
+  return first_part(s) == nullptr ? Model::paper : Model::extended;
 }
 
 void validate(const Scenario& scenario) {

@@ -110,8 +110,8 @@ bool Couplers::give_way(const Step& step) {
   Incidents& incidents = record_.incidents;
   std::vector<BrokenCoupler> found;
   for (Eigen::Index i = 0; i < alive_.size(); ++i) {
-    const bool beyond = -axial_[i] > law_.break_draft || cos_swing_[i] < cos_break_ ||
-                        std::abs(end_moment_[i]) > law_.break_moment;
+    const bool beyond =
+        -axial_[i] > law_.break_draft || cos_swing_[i] < cos_break_ || std::abs(end_moment_[i]) > law_.break_moment;
     if (broken(i) || !beyond) continue;
     found.push_back(first_limit(step, i));
     const BrokenCoupler& b = found.back();

@@ -96,6 +96,11 @@ void DerailmentModel::reach_pod(const double* y) {
   } while (car >= 0 && q(car, X) >= 0.0);
 }
 
+void DerailmentModel::walk(files::Archive& archive) {
+  archive.flags("derailed", derailed_);
+  for (Eigen::Index k = 0; k < car_count(); ++k) lay(k);
+}
+
 std::vector<Eigen::Index> DerailmentModel::band_positions() const {
   const Eigen::Index n = car_count();
   std::vector<Eigen::Index> positions(static_cast<std::size_t>(size()));

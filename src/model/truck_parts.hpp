@@ -119,11 +119,11 @@ struct GroundFriction {
   static Pull<B> pull(const TruckView<B, straight>& t) {
     B mu(t.a.ground->off_track_friction);
     if (t.a.by_slip) {
-      mu = slip_friction<B>(*t.a.ground, t.u * t.u + t.v * t.v, t.v * t.cosine - t.u * t.sine,
-                            t.get(t.a.trucks.offset));
+      mu =
+          slip_friction<B>(*t.a.ground, t.u * t.u + t.v * t.v, t.v * t.cosine - t.u * t.sine, t.get(t.a.trucks.offset));
     }
-    const auto f = friction<B>(mu * t.get(t.a.trucks.patch) * t.get(t.a.trucks.load), t.u, t.v,
-                               t.a.regularization_speed);
+    const auto f =
+        friction<B>(mu * t.get(t.a.trucks.patch) * t.get(t.a.trucks.load), t.u, t.v, t.a.regularization_speed);
     const Pull<B> pull{select(t.on_track(), B(0.0), f.x), select(t.on_track(), B(0.0), f.y)};
     t.put(pull.x, t.a.trucks.ground_x);
     t.put(pull.y, t.a.trucks.ground_y);

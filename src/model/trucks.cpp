@@ -152,8 +152,8 @@ bool Trucks::give_way(const Step& step) {
   bool left = false;
   for (Eigen::Index i = 0; i < px_.size(); ++i) {
     if (!on_rails(i) || overloaded_[i] <= rails_.derail_time) continue;
-    const double t = derail_moment(rails_, lateral_before_[i], lateral_[i], load_[i], step.end(), step.length,
-                                   overloaded_[i]);
+    const double t =
+        derail_moment(rails_, lateral_before_[i], lateral_[i], load_[i], step.end(), step.length, overloaded_[i]);
     leave(t, i, Cause::lateral, step.after);
     left = true;
   }

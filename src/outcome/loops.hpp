@@ -1,5 +1,6 @@
 /// \file
-/// Loops of the monitor over cars and couplers, several side by side. Arrays have one entry a car unless said otherwise.
+/// Loops of the monitor over cars and couplers, several side by side. Arrays have one entry a car unless said
+/// otherwise.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +10,10 @@ namespace train_derail::outcome {
 
 /// Cars as seen from above, column by column.
 struct MonitoredCars {
-  const double *x, *y;          ///< centre of mass [m]
-  const double *sine, *cosine;  ///< of the heading
-  const double *vx, *vy;        ///< m/s
-  const double* omega;          ///< yaw rate [rad/s]
+  const double *x, *y;                                    ///< centre of mass [m]
+  const double *sine, *cosine;                            ///< of the heading
+  const double *vx, *vy;                                  ///< m/s
+  const double* omega;                                    ///< yaw rate [rad/s]
   const double *half_length, *half_width, *half_spacing;  ///< m
 };
 

@@ -28,7 +28,8 @@ B larger(const B& a, const B& b) {
 template <class B, class Body>
 [[gnu::always_inline]] inline void for_any(std::ptrdiff_t n, const Body& body) {
   if (n >= Lanes<B>::count) for_blocks<Lanes<B>::count>(n, [&](std::ptrdiff_t i, std::ptrdiff_t) { body(i, B(0.0)); });
-  else for (std::ptrdiff_t i = 0; i < n; ++i) body(i, 0.0);
+  else
+    for (std::ptrdiff_t i = 0; i < n; ++i) body(i, 0.0);
 }
 
 /// A point ahead of the centre by d moves with v + omega d (-sine, cosine), one behind it with the other sign.
@@ -42,8 +43,7 @@ template <class B>
     const V arm = L::load(c.half_spacing + k) * L::load(c.omega + k);
     const V u = arm * L::load(c.sine + k), v = arm * L::load(c.cosine + k);
     const V vx = L::load(c.vx + k), vy = L::load(c.vy + k);
-    const V faster =
-        larger<V>(square<V>(vx - u) + square<V>(vy + v), square<V>(vx + u) + square<V>(vy - v));
+    const V faster = larger<V>(square<V>(vx - u) + square<V>(vy + v), square<V>(vx + u) + square<V>(vy - v));
     if constexpr (std::is_same_v<V, B>) wide = larger<B>(faster, wide);
     else most = larger<double>(faster, most);
   });
@@ -118,8 +118,14 @@ template <class B>
 
 template <class B>
 constexpr Loops make_loops(const char* instruction_set) {
-  return {instruction_set,     Lanes<B>::count, truck_speed_squared_max<B>, extend_astray<B>,
-          neighbour_speeds<B>, largest_of<B>,   boxes<B>,                   widen<B>};
+  return {instruction_set,
+          Lanes<B>::count,
+          truck_speed_squared_max<B>,
+          extend_astray<B>,
+          neighbour_speeds<B>,
+          largest_of<B>,
+          boxes<B>,
+          widen<B>};
 }
 
 }  // namespace train_derail::outcome

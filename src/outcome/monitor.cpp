@@ -315,4 +315,57 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
   o.energy_residual = energy_residual(o.energy);
 }
 
+namespace {
+
+void walk_closing(files::Archive& archive, Closing& c) {
+  archive.value("speed", c.speed);
+  archive.value("normal_speed", c.normal_speed);
+  archive.value("car_a", c.car_a);
+  archive.value("car_b", c.car_b);
+  archive.value("time", c.time);
+  archive.value("x", c.x);
+  archive.value("y", c.y);
+}
+
+void walk_relative_speed(files::Archive& archive, RelativeSpeed& r) {
+  archive.value("speed", r.speed);
+  archive.value("coupler", r.coupler);
+  archive.value("time", r.time);
+}
+
+}  // namespace
+
+void Monitor::walk(files::Archive& archive) {
+  const auto extreme = [&archive](const char* name, GapExtreme& e) {
+    archive.group(name, [&] {
+      archive.value("gap", e.gap);
+      archive.value("coupler", e.coupler);
+      archive.value("time", e.time);
+    });
+  };
+  archive.value("energy_initial", energy_initial_);
+  archive.value("step_time", step_time_);
+  archive.column("gap", gap_);
+  archive.column("rate", rate_);
+  extreme("closest", extremes_.closest);
+  extreme("widest", extremes_.widest);
+  archive.column("highest", highest_);
+  archive.column("highest_time", highest_time_);
+  archive.column("lowest", lowest_);
+  archive.column("lowest_time", lowest_time_);
+  archive.value("broken_seen", broken_seen_);
+  archive.column("astray", astray_);
+  archive.list("by_x", by_x_, [&](Eigen::Index& car) { archive.value("car", car); });
+  archive.list("touching", touching_, [&](std::pair<Eigen::Index, Eigen::Index>& pair) {
+    archive.value("car_a", pair.first);
+    archive.value("car_b", pair.second);
+  });
+  archive.group("closing", [&] { walk_closing(archive, closing_); });
+  archive.list("touches", touches_, [&](Closing& c) { walk_closing(archive, c); });
+  archive.value("impacts_seen", impacts_seen_);
+  archive.group("relative", [&] { walk_relative_speed(archive, relative_); });
+  archive.group("centres", [&] { walk_relative_speed(archive, centres_); });
+  archive.value("truck_speed_max", truck_speed_max_);
+}
+
 }  // namespace train_derail::outcome

@@ -6,8 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "train_derail/files/archive.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/warnings.hpp"
+#include "train_derail/inputs/writer.hpp"
 #include "train_derail/model/derailment_model.hpp"
 #include "train_derail/model/extended_model.hpp"
 #include "train_derail/model/step_limit.hpp"
@@ -49,9 +52,9 @@ class TrainSystem final : public solver::OdeSystem {
 };
 
 /// The extended model as the solver sees it.
-class SteppedTrain final : public solver::SteppedSystem {
+class SteppedExtended final : public solver::SteppedSystem {
  public:
-  explicit SteppedTrain(model::ExtendedModel& model) : model_(model) {}
+  explicit SteppedExtended(model::ExtendedModel& model) : model_(model) {}
 
   Eigen::Index size() const override { return model_.size(); }
   Eigen::Index position_count() const override { return model_.position_count(); }
@@ -64,6 +67,33 @@ class SteppedTrain final : public solver::SteppedSystem {
   model::ExtendedModel& model_;
 };
 
+/// The paper's model in steps of fixed length: cars pass the point of derailment at the end of a step.
+class SteppedPaper final : public solver::SteppedSystem {
+ public:
+  explicit SteppedPaper(model::DerailmentModel& model) : model_(model), rate_(model.size()) {}
+
+  Eigen::Index size() const override { return model_.size(); }
+  Eigen::Index position_count() const override { return (size() - model_.quadrature_count()) / 2; }
+  void accelerations(double, double, const double* y, double* result) override {
+    if (!rate_known_)
+      static_cast<void>(model_.derivative(y, rate_.data()));  // what is not finite is seen by the solver
+    Eigen::Map<model::StateVector>(result, position_count()) = rate_.segment(position_count(), position_count());
+    power_ = rate_.tail(model_.quadrature_count());
+  }
+  void settle(double, double h, const double*, double* y) override {
+    static_cast<void>(model_.derivative(y, rate_.data()));
+    Eigen::Map<model::StateVector> work(y + 2 * position_count(), model_.quadrature_count());
+    work += 0.5 * h * (power_ + rate_.tail(model_.quadrature_count()));
+    rate_known_ = model_.foremost_on_track(y) < 0.0;
+    if (!rate_known_) model_.reach_pod(y);
+  }
+
+ private:
+  model::DerailmentModel& model_;
+  model::StateVector rate_, power_;
+  bool rate_known_ = false;  // rate_ belongs to the next step
+};
+
 /// A model and what integrates it.
 class Motion {
  public:
@@ -73,20 +103,28 @@ class Motion {
   solver::Integrator& integrator() { return *integrator_; }
   /// What has to be done before the next step after one that ended with an event.
   virtual void handle_event() {}
+  /// Saves or restores model and integrator, after start(). Only if the integrator can be saved.
+  void walk(files::Archive& archive) {
+    archive.group("solver", [&] { integrator_->walk(archive); });
+    archive.group("model", [&] { walk_model(archive); });
+  }
 
  protected:
+  virtual void walk_model(files::Archive& archive) = 0;
   std::unique_ptr<solver::Integrator> integrator_;
 };
 
-/// The paper's model, smooth but for the passing of the point of derailment, which is located.
-class SmoothMotion final : public Motion {
+/// The paper's model, smooth but for the passing of the point of derailment, which is located; or in fixed steps.
+class PaperMotion final : public Motion {
  public:
-  explicit SmoothMotion(const inputs::Scenario& scenario) : model_(scenario), system_(model_) {}
+  explicit PaperMotion(const inputs::Scenario& scenario) : model_(scenario), smooth_(model_), stepped_(model_) {}
 
   const model::TrainModel& model() const override { return model_; }
   void start(const inputs::Solver& options, const model::StateVector& state) override {
     model_.start(state.data());
-    integrator_ = solver::make_integrator(options, system_, 0.0, state);
+    integrator_ = options.method == inputs::Method::semi_implicit
+                      ? solver::make_integrator(options, stepped_, 0.0, state)
+                      : solver::make_integrator(options, smooth_, 0.0, state);
   }
   void handle_event() override {
     model_.reach_pod(integrator_->state().data());
@@ -94,13 +132,16 @@ class SmoothMotion final : public Motion {
   }
 
  private:
+  void walk_model(files::Archive& archive) override { model_.walk(archive); }
+
   model::DerailmentModel model_;
-  TrainSystem system_;
+  TrainSystem smooth_;
+  SteppedPaper stepped_;
 };
 
-class SteppedMotion final : public Motion {
+class ExtendedMotion final : public Motion {
  public:
-  explicit SteppedMotion(const inputs::Scenario& scenario) : model_(scenario), system_(model_) {}
+  explicit ExtendedMotion(const inputs::Scenario& scenario) : model_(scenario), system_(model_) {}
 
   const model::TrainModel& model() const override { return model_; }
   void start(const inputs::Solver& options, const model::StateVector& state) override {
@@ -109,13 +150,23 @@ class SteppedMotion final : public Motion {
   }
 
  private:
+  void walk_model(files::Archive& archive) override {
+    model_.walk(integrator_->time(), integrator_->state().data(), archive);
+  }
+
   model::ExtendedModel model_;
-  SteppedTrain system_;
+  SteppedExtended system_;
 };
 
 std::unique_ptr<Motion> make_motion(const inputs::Scenario& scenario) {
-  if (scenario.solver.method == inputs::Method::semi_implicit) return std::make_unique<SteppedMotion>(scenario);
-  return std::make_unique<SmoothMotion>(scenario);
+  if (inputs::model_of(scenario) == inputs::Model::extended) return std::make_unique<ExtendedMotion>(scenario);
+  return std::make_unique<PaperMotion>(scenario);
+}
+
+void require_fixed_steps(const solver::Integrator& integrator) {
+  if (integrator.can_be_saved()) return;
+  throw inputs::InputError("scenario", "solver.method", "", "the history that error control keeps cannot be saved",
+                           "semi_implicit");
 }
 
 inputs::Scenario checked(const inputs::Scenario& scenario) {
@@ -155,6 +206,19 @@ struct Simulation::Impl {
   std::chrono::steady_clock::time_point started;  // this one
   std::int64_t steps_unwatched = 0;
   double energy_due = kEnergyInterval;
+
+  void walk(files::Archive& archive) {
+    archive.group("motion", [&] { motion->walk(archive); });
+    archive.group("monitor", [&] { monitor.walk(archive); });
+    archive.value("time", time);
+    archive.column("state", state);
+    archive.value("interrupted", interrupted);
+    archive.value("next_sample", next_sample);
+    archive.value("ended", ended);
+    archive.value("message", message);
+    archive.value("wall_time", wall_time);
+    archive.value("energy_due", energy_due);
+  }
 
   double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count(); }
 
@@ -246,6 +310,28 @@ struct Simulation::Impl {
 Simulation::Simulation(const inputs::Scenario& scenario) : impl_(std::make_unique<Impl>(scenario, nullptr)) {}
 Simulation::Simulation(const inputs::Scenario& scenario, const model::StateVector& initial)
     : impl_(std::make_unique<Impl>(scenario, &initial)) {}
+Simulation::Simulation(const inputs::Scenario& scenario, const Checkpoint& checkpoint)
+    : impl_(std::make_unique<Impl>(scenario, nullptr)) {
+  const inputs::Scenario saved =
+      inputs::read_scenario(inputs::load_text(checkpoint.scenario, checkpoint.source), checkpoint.source);
+  const auto refuse = [&checkpoint](const char* key, const std::string& problem, const char* allowed) {
+    throw inputs::InputError(checkpoint.source, key, "", problem, allowed);
+  };
+  if (model::expand(saved.consist) != impl_->model.cars())
+    refuse("consist", "another train", "the train that was saved");
+  if (inputs::model_of(saved) != inputs::model_of(scenario))
+    refuse("model", "another model", "the model that was saved");
+  require_fixed_steps(impl_->motion->integrator());
+  try {
+    files::Archive archive(checkpoint.bytes);
+    impl_->walk(archive);
+  } catch (const files::ArchiveError& e) {
+    throw inputs::InputError(checkpoint.source, e.name(), "", e.problem(), "what fits the scenario");
+  }
+  // More time may have been given to a run that had none left.
+  if (impl_->ended == outcome::Ended::time_max && impl_->time < scenario.stop.time_max)
+    impl_->ended = outcome::Ended::running;
+}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -291,6 +377,17 @@ outcome::Outcome Simulation::outcome() const {
   o.wall_time = impl_->wall_time;
   outcome::judge(o);
   return o;
+}
+
+Checkpoint Simulation::checkpoint() const {
+  require_fixed_steps(*impl_->integrator);
+  Checkpoint c;
+  c.scenario = inputs::to_yaml(impl_->scenario);
+  c.time = impl_->time;
+  files::Archive archive;
+  impl_->walk(archive);
+  c.bytes = archive.bytes();
+  return c;
 }
 
 const std::vector<outcome::Closing>& Simulation::touches() const { return impl_->monitor.touches(); }

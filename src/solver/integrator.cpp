@@ -1,12 +1,15 @@
 #include "train_derail/solver/integrator.hpp"
 
 #include <cmath>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "stepper.hpp"
 
 namespace train_derail::solver {
+
+void Integrator::walk(files::Archive&) { throw std::logic_error("an integrator that cannot be saved"); }
 
 StepResult Stepper::step() {
   StepResult result;

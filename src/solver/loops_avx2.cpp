@@ -1,5 +1,5 @@
-#include "solver/loops_impl.hpp"
 #include "simd/batch.hpp"
+#include "solver/loops_impl.hpp"
 
 namespace train_derail::solver {
 

@@ -52,10 +52,22 @@ class SemiImplicit final : public Integrator {
   }
   void restart() override {}
   Statistics statistics() const override { return {steps_, 0, steps_, 0}; }
+  bool can_be_saved() const override { return true; }
+  void walk(files::Archive& archive) override {
+    double length = h_;
+    archive.value("steps", steps_);
+    archive.value("step_length", length);
+    archive.value("begin", t0_);
+    // Steps of another length go on from where those that were saved had come to.
+    if (length != h_) t0_ += static_cast<double>(steps_) * (length - h_);
+    archive.column("before", before_);
+    archive.column("state", state_);
+  }
 
  private:
   const std::int64_t steps_max_;
-  const double h_, t0_;
+  const double h_;
+  double t0_;
   SteppedSystem& system_;
   VectorX before_, state_, acceleration_;
   std::int64_t steps_ = 0;

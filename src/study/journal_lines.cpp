@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "study/checksum.hpp"
 #include "study/results_folder.hpp"
+#include "train_derail/files/checksum.hpp"
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/number.hpp"
 #include "train_derail/files/output_file.hpp"
@@ -30,7 +30,7 @@ std::string flaw_of(std::string_view line, const JournalFormat& format, const st
                     JournalRow& row) {
   const std::size_t comma = line.rfind(',');
   if (comma == std::string_view::npos) return "no checksum";
-  if (crc64_text(fingerprint, line.substr(0, comma)) != line.substr(comma + 1))
+  if (files::crc64_text(fingerprint, line.substr(0, comma)) != line.substr(comma + 1))
     return "the checksum does not fit the line";
   std::string problem;
   if (!files::csv_fields(line.substr(0, comma), row.fields, problem)) return problem;
@@ -76,7 +76,7 @@ void require_this_journal(const std::string& path, const std::string& head, cons
 
 }  // namespace
 
-std::string fingerprint_of(const JournalFormat& format) { return crc64_text(format.identity); }
+std::string fingerprint_of(const JournalFormat& format) { return files::crc64_text(format.identity); }
 
 std::string head_of(const JournalFormat& format) {
   std::vector<std::string> names = format.columns;
@@ -87,7 +87,7 @@ std::string head_of(const JournalFormat& format) {
 
 std::string line_of(const std::vector<std::string>& fields, double wall_time, const std::string& fingerprint) {
   std::string line = files::csv_row(fields) + fmt::format(",{}", wall_time);
-  return line + "," + crc64_text(fingerprint, line);
+  return line + "," + files::crc64_text(fingerprint, line);
 }
 
 std::string_view outcome_part(std::string_view line) {
@@ -137,7 +137,7 @@ Scan scan(const fs::path& path, std::size_t number, const JournalFormat& format,
     problem = flaw_of(line, format, fingerprint, row);
     if (n == 1 && !problem.empty()) problem = "not the first line of this study's journals";
     if (problem.empty()) {
-      s.rows.push_back({row.run, number, s.whole, n, crc64(outcome_part(line))});
+      s.rows.push_back({row.run, number, s.whole, n, files::crc64(outcome_part(line))});
       if (use) use(row);
     } else {
       s.damaged = true;

@@ -1,4 +1,5 @@
 #include "train_derail/study/report.hpp"
+#include "train_derail/files/checksum.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "study/checksum.hpp"
 #include "study/html.hpp"
 #include "study/json_file.hpp"
 #include "train_derail/files/csv.hpp"
@@ -94,7 +94,7 @@ Number number_of(const ordered_json& about, const std::string& name) {
 /// The table is as it was left: about.json, written last, has its checksum.
 std::string checked(const Results& r, const char* name) {
   const std::string path = in(r.folder, name);
-  const std::string now = crc32_of_file(path);
+  const std::string now = files::crc32_of_file(path);
   if (now.empty()) wrong_json(path, kWrites, "missing or cannot be read");
   if (r.about.at("crc32").at(name) != now)
     wrong_json(path, kWrites, "was changed since it was written (its checksum in about.json differs)");

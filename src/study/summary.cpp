@@ -1,4 +1,5 @@
 #include "train_derail/study/summary.hpp"
+#include "train_derail/files/checksum.hpp"
 
 #include <sys/utsname.h>
 
@@ -11,7 +12,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "study/checksum.hpp"
 #include "study/warnings.hpp"
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/output_file.hpp"
@@ -80,7 +80,7 @@ Runs read_runs(const std::string& folder, const Study& study, const std::atomic<
     if (const std::string problem = flaw_of_ended(fields[ended]); !problem.empty()) table.fail(problem);
     std::string text;
     for (const std::size_t column : all) text += fields[column] + ",";
-    runs.add(place, fields[ended] == outcome::to_string(outcome::Ended::integration_failed), crc64(text),
+    runs.add(place, fields[ended] == outcome::to_string(outcome::Ended::integration_failed), files::crc64(text),
              fields[warned]);
     for (std::size_t i = 0; i < wanted.size(); ++i) runs.outcomes[i].push_back(table.number(fields, wanted[i]));
   }
@@ -257,7 +257,7 @@ void write_about(const std::string& folder, const Study& study, const Totals& to
   j["wall_time"] = wall_time;
   j["crc32"] = nlohmann::ordered_json::object();
   for (const char* table : {"runs.csv", "summary.csv", "sobol.csv", "rows.csv", "members.csv"}) {
-    if (const std::string crc = crc32_of_file(in(folder, table)); !crc.empty()) j["crc32"][table] = crc;
+    if (const std::string crc = files::crc32_of_file(in(folder, table)); !crc.empty()) j["crc32"][table] = crc;
   }
   files::write_file(in(folder, "about.json"), j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                     files::Existing::replace);
@@ -300,7 +300,7 @@ Runs runs_of(const Study& study, const std::vector<outcome::Outcome>& outcomes) 
     if (o.ended == outcome::Ended::running) continue;
     std::string text;
     for (const auto& q : outcome::quantities()) text += fmt::format("{},", q.value(o));
-    runs.add(0, o.ended == outcome::Ended::integration_failed, crc64(text), warnings_field(o.warnings));
+    runs.add(0, o.ended == outcome::Ended::integration_failed, files::crc64(text), warnings_field(o.warnings));
     for (std::size_t i = 0; i < study.outcomes.size(); ++i)
       runs.outcomes[i].push_back(quantity(study.outcomes[i]).value(o));
   }

@@ -43,9 +43,9 @@ std::vector<std::uint8_t> saved(Thing thing) {
 
 std::string refusal(const std::vector<std::uint8_t>& bytes, Thing thing) {
   try {
-    Archive archive(bytes, "here");
+    Archive archive(bytes);
     thing.walk(archive);
-  } catch (const std::runtime_error& e) {
+  } catch (const ArchiveError& e) {
     return e.what();
   }
   return "";
@@ -64,7 +64,7 @@ TEST(Archive, WhatIsSavedComesBackBitForBit) {
     thing.flags = {true, false};
     thing.items = {Thing{}, thing, Thing{}};
     Thing again;
-    Archive archive(saved(thing), "here");
+    Archive archive(saved(thing));
     EXPECT_TRUE(archive.restoring());
     again.walk(archive);
     EXPECT_EQ(again.number, number);
@@ -84,16 +84,16 @@ TEST(Archive, WhatIsSavedComesBackBitForBit) {
 TEST(Archive, NamesWhatDoesNotFit) {
   Thing longer;
   longer.column = {1, 2, 3, 4};
-  EXPECT_EQ(refusal(saved(longer), Thing{}), "here: column: 4 numbers; allowed: 3");
+  EXPECT_EQ(refusal(saved(longer), Thing{}), "column: 4 numbers; allowed: 3");
   Thing nested;
   nested.items = {Thing{}, longer};
-  EXPECT_EQ(refusal(saved(nested), Thing{}), "here: items.[1].column: 4 numbers; allowed: 3");
+  EXPECT_EQ(refusal(saved(nested), Thing{}), "items.[1].column: 4 numbers; allowed: 3");
   Archive empty;
-  EXPECT_EQ(refusal(empty.bytes(), Thing{}), "here: number: missing");
-  EXPECT_EQ(refusal({1, 2, 3}, Thing{}), "here: not a checkpoint, or not a whole one");
+  EXPECT_EQ(refusal(empty.bytes(), Thing{}), "number: missing");
+  EXPECT_EQ(refusal({1, 2, 3}, Thing{}), "not what an archive has saved, or not the whole of it");
   std::vector<std::uint8_t> half = saved(Thing{});
   half.resize(half.size() / 2);
-  EXPECT_EQ(refusal(half, Thing{}), "here: not a checkpoint, or not a whole one");
+  EXPECT_EQ(refusal(half, Thing{}), "not what an archive has saved, or not the whole of it");
 }
 
 }  // namespace

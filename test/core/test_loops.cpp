@@ -86,8 +86,8 @@ TEST(MonitorLoops, EveryVersionComputesWhatItsNameSays) {
         width[i] = std::abs(width[i]);
         spacing[i] = std::abs(spacing[i]);
       }
-      const outcome::MonitoredCars cars{x.data(),     y.data(),      sine.data(),   cosine.data(), vx.data(),
-                                        vy.data(),    omega.data(),  length.data(), width.data(),  spacing.data()};
+      const outcome::MonitoredCars cars{x.data(),  y.data(),     sine.data(),   cosine.data(), vx.data(),
+                                        vy.data(), omega.data(), length.data(), width.data(),  spacing.data()};
       double fastest = 0.0;
       Column astray = random_column(n, random), astray_expected = astray, rearmost(x), foremost(x), breadth(x),
              rearmost_expected(x), foremost_expected(x), breadth_expected(x);

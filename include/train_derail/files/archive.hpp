@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -12,14 +13,27 @@
 
 namespace train_derail::files {
 
+/// A value that cannot be restored. what() is "name: problem".
+class ArchiveError : public std::runtime_error {
+ public:
+  ArchiveError(std::string name, std::string problem);
+  /// The value, with the groups and lists it lies in: "trucks.pairs.[3].a"; empty: all of it.
+  const std::string& name() const { return name_; }
+  /// What is wrong with it.
+  const std::string& problem() const { return problem_; }
+
+ private:
+  std::string name_, problem_;
+};
+
 /// A walk names each value once: `archive.value("time", time_)`. A saving archive notes the value, a restoring one puts
 /// the noted value in its place. Values of groups and lists are named within them.
 class Archive {
  public:
   /// Saves.
   Archive();
-  /// Restores from what bytes() gave. Throws std::runtime_error "<source>: ..." if it is anything else.
-  Archive(const std::vector<std::uint8_t>& bytes, std::string source);
+  /// Restores from what bytes() gave. Throws ArchiveError if it is anything else.
+  explicit Archive(const std::vector<std::uint8_t>& bytes);
   ~Archive();
   Archive(const Archive&) = delete;
   Archive& operator=(const Archive&) = delete;
@@ -28,10 +42,11 @@ class Archive {
   std::vector<std::uint8_t> bytes() const;
   bool restoring() const;
 
-  // Restoring, all of these throw std::runtime_error, which names source, value and what is wrong with it.
+  // Restoring, all of these throw ArchiveError.
 
   void value(std::string_view name, double& v);
   void value(std::string_view name, std::string& v);
+  void value(std::string_view name, std::vector<std::uint8_t>& v);
   /// Whole numbers, enumerations and bool.
   template <class T, std::enable_if_t<std::is_integral_v<T> || std::is_enum_v<T>, int> = 0>
   void value(std::string_view name, T& v) {

@@ -213,9 +213,17 @@ struct Solver {
   double wall_time_max = 300.0;         ///< so has a run that needs more computing time [s]
 };
 
+/// Which equations of motion a run integrates.
+enum class Model {
+  by_parts,  ///< extended if a part beyond the paper is switched on, else paper
+  paper,     ///< Jeong, Lyons, Orringer and Perlman (2007), smooth but for the passing of the point of derailment
+  extended,  ///< the paper's and the parts that it lacks; only steps of fixed length, by Method::semi_implicit
+};
+
 /// All inputs of one run; one member for each group of keys.
 struct Scenario {
-  std::string title;              ///< one line for tables and pictures
+  std::string title;  ///< one line for tables and pictures
+  Model model = Model::by_parts;
   std::vector<CarBlock> consist;  ///< from the foremost car back
   Coupler coupler;
   Ground ground;
@@ -230,8 +238,10 @@ struct Scenario {
   Solver solver;
 };
 
-/// Returns the key of a part beyond the paper's model that is switched on, or "" if there is none. Such parts need
-/// Method::semi_implicit.
+/// Returns the key of a part beyond the paper's model that is switched on, or "" if there is none.
 std::string first_part_beyond_the_paper(const Scenario& scenario);
+
+/// The model that the scenario asks for: Model::paper or Model::extended.
+Model model_of(const Scenario& scenario);
 
 }  // namespace train_derail::inputs

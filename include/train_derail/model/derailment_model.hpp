@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "train_derail/files/archive.hpp"
 #include "train_derail/model/planar_model.hpp"
 
 namespace train_derail::model {
@@ -38,6 +39,9 @@ class DerailmentModel final : public PlanarModel {
   /// The foremost car on the track has been seen to reach the point of derailment: it derails, and any that is level
   /// with it.
   void reach_pod(const double* y);
+
+  /// Saves or restores all that the future depends on, beside the state. Restoring replaces start().
+  void walk(files::Archive& archive);
 
   /// x of the foremost car that has not derailed [m]; minus infinity if all have.
   double foremost_on_track(const double* y) const;

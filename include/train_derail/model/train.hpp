@@ -1,21 +1,32 @@
+/// \file
+/// The cars of a train.
 #pragma once
 
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "train_derail/inputs/scenario.hpp"
 
 namespace train_derail::model {
 
-/// One rigid car; SI.
+/// One rigid car.
 struct Car {
-  std::string body;      // name of its block
-  double mass;           // M = W / g [kg]
-  double weight;         // W [N]
-  double yaw_inertia;    // I about the centre of mass [kg m^2]
-  double length;         // L between coupler pins [m]
-  double truck_spacing;  // D [m]
-  double width;          // of the footprint; its length is L [m]
+  std::string body;      ///< name of its block
+  double mass;           ///< M = W / g [kg]
+  double weight;         ///< W, on the rails [N]
+  double yaw_inertia;    ///< I, about the vertical axis through the centre of mass [kg m^2]
+  double length;         ///< L, between the coupler pins [m]
+  double truck_spacing;  ///< D, between the truck centres [m]
+  double width;          ///< of the footprint, whose length is L [m]
+
+  bool operator==(const Car& other) const {
+    const auto all = [](const Car& c) {
+      return std::tie(c.body, c.mass, c.weight, c.yaw_inertia, c.length, c.truck_spacing, c.width);
+    };
+    return all(*this) == all(other);
+  }
+  bool operator!=(const Car& other) const { return !(*this == other); }
 };
 
 /// The consist's blocks, car by car from the first to derail back.

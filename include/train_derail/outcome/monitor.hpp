@@ -36,6 +36,9 @@ class Monitor {
   /// Largest speed of any truck centre in the last sample [m/s].
   double truck_speed_max() const { return truck_speed_max_; }
 
+  /// Saves or restores all that it has seen.
+  void walk(files::Archive& archive);
+
   /// What is unaccounted for of the energy at the start, as in Outcome.
   double energy_residual(const model::EnergyLedger& now) const;
   /// Counts, peaks, pile-up and energy at (t, y), which may lie beyond the last step; leaves why it ended and the

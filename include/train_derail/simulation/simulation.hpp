@@ -8,6 +8,7 @@
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/train_model.hpp"
 #include "train_derail/outcome/outcome.hpp"
+#include "train_derail/simulation/checkpoint.hpp"
 
 namespace train_derail::simulation {
 
@@ -39,6 +40,10 @@ class Simulation {
   /// Starts from `initial` (a state of the model, as state() gives it) instead of the scenario's initial motion.
   /// Throws std::invalid_argument if it lets a car on the track leave the rails of the reading `guided`.
   Simulation(const inputs::Scenario& scenario, const model::StateVector& initial);
+  /// Goes on from a checkpoint: bit for bit as the run that was saved, if the scenario is the one it was saved with;
+  /// else with these inputs from there on. Throws inputs::InputError if the scenario is not valid, has another train
+  /// (`consist`) or another model, or if the checkpoint does not fit it.
+  Simulation(const inputs::Scenario& scenario, const Checkpoint& checkpoint);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
@@ -60,6 +65,9 @@ class Simulation {
   /// State at time(), for whoever goes on from it; what is in it: snapshot().
   const model::StateVector& state() const;
   Snapshot snapshot() const;
+  /// The run as it is now. Throws inputs::InputError unless solver.method is semi_implicit: the history that error
+  /// control keeps cannot be saved.
+  Checkpoint checkpoint() const;
   /// So far; final once ended().
   outcome::Outcome outcome() const;
   /// First touches of two cars so far, in the order of time; valid until the next call that is not const.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "train_derail/eigen_types.hpp"
+#include "train_derail/files/archive.hpp"
 #include "train_derail/inputs/scenario.hpp"
 
 namespace train_derail::solver {
@@ -85,6 +86,11 @@ class Integrator {
   virtual void restart() = 0;
 
   virtual Statistics statistics() const = 0;
+
+  /// Whether walk() works: of steps of fixed length, which have no history.
+  virtual bool can_be_saved() const { return false; }
+  /// Saves or restores all that the next steps depend on. Throws std::logic_error unless can_be_saved().
+  virtual void walk(files::Archive& archive);
 };
 
 /// `system` must outlive the integrator. Throws std::runtime_error if SUNDIALS refuses the set-up.

@@ -1,0 +1,29 @@
+/// \file
+/// A run, saved at one moment: it can be gone on with bit for bit, in another process, or with other inputs from there.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "train_derail/files/output_file.hpp"
+
+namespace train_derail::simulation {
+
+/// All that a run's future depends on. Made by Simulation::checkpoint(), taken by a constructor of Simulation.
+struct Checkpoint {
+  std::string source = "checkpoint";  ///< what errors call it: the path of its file
+  std::string scenario;               ///< YAML in SI units, all defaults filled in (inputs::to_yaml)
+  double time = 0.0;                  ///< simulated [s]
+  std::vector<std::uint8_t> bytes;    ///< for files::Archive
+};
+
+/// Writes it to a file, whole or not at all. Throws as files::OutputFile does.
+void write_checkpoint(const Checkpoint& checkpoint, const std::string& path,
+                      files::Existing existing = files::Existing::refuse);
+
+/// Throws inputs::InputError if the file cannot be read, is no checkpoint, is damaged, or was written by another version
+/// of train_derail (whose arithmetic may differ).
+Checkpoint read_checkpoint(const std::string& path);
+
+}  // namespace train_derail::simulation
