@@ -37,7 +37,7 @@ using namespace train_derail;
 
 constexpr int kOk = 0, kOutputFailed = 1, kInputWrong = 2, kIntegrationFailed = 3;
 
-struct Arguments {
+struct RunArguments {
   std::string file;
   std::optional<std::string> json, csv, incidents, bag;
   std::vector<std::string> set;
@@ -45,8 +45,8 @@ struct Arguments {
   bool force = false, quiet = false;
 };
 
-inputs::Scenario read(const Arguments& a) {
-  apps::expect(files::Kind::scenario, a.file);
+inputs::Scenario read(const RunArguments& a) {
+  apps::expect(files::FileKind::scenario, a.file);
   const std::vector<inputs::Override> overrides = apps::overrides(a.set);
   const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
   apps::say_warnings(scenario, overrides);
@@ -66,7 +66,7 @@ double progress_of(const simulation::Simulation& s) {
 /// What `derail run` writes. Opened before the computing: an unwritable path is said then, not after it.
 class Outputs {
  public:
-  explicit Outputs(const Arguments& a) : existing_(apps::existing(a.force)) {
+  explicit Outputs(const RunArguments& a) : existing_(apps::existing(a.force)) {
     std::vector<apps::NamedPath> paths;
     const auto add = [&paths](const char* option, const std::optional<std::string>& path) {
       if (path) paths.push_back({option, *path});
@@ -83,7 +83,7 @@ class Outputs {
   }
 
   /// At time 0.
-  void start(const Arguments& a, const simulation::Simulation& s) {
+  void start(const RunArguments& a, const simulation::Simulation& s) {
     if (a.bag) bag_ = apps::open_bag(*a.bag, existing_, s);
     if (!csv_) return;
     simulation::write_csv_header(csv_->stream());
@@ -130,12 +130,12 @@ class Outputs {
   std::vector<std::string> paths_;
 };
 
-int run(const Arguments& a) {
+int run(const RunArguments& a) {
   const inputs::Scenario scenario = read(a);
   if (a.seeds > 0) {
     for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents)}) {
       if (value)
-        throw inputs::InputError("command line", option, *value, "is of one run; --seeds asks for many",
+        throw inputs::InputError("command line", option, *value, "records one run, but --seeds asks for many",
                                  "one of the two");
     }
     return apps::run_ensemble(scenario, {a.file, a.csv, a.json, a.seeds, a.jobs, a.force, a.quiet});
@@ -148,7 +148,7 @@ int run(const Arguments& a) {
   simulation::Simulation simulation(scenario);
   outputs.start(a, simulation);
   {
-    apps::Progress progress(!a.quiet);
+    apps::ProgressLine progress(!a.quiet);
     if (!progress.shown() && !outputs.follows()) simulation.run(&apps::stop);  // nobody looks on
     for (std::int64_t tick = 1; !simulation.ended() && !apps::stop; ++tick) {
       const double before = simulation.time();
@@ -211,7 +211,7 @@ std::string one_line(const CLI::App* app, const CLI::Error& error) {
   if (top && !left.empty() && left.front().front() != '-') {
     std::vector<std::string> names;
     for (const CLI::App* command : app->get_subcommands({})) names.push_back(command->get_name());
-    what = fmt::format("'{}' is no command; commands: {}", left.front().substr(0, 40), fmt::join(names, ", "));
+    what = fmt::format("'{}' is not a command; commands: {}", left.front().substr(0, 40), fmt::join(names, ", "));
   }
   std::replace(what.begin(), what.end(), '\n', ' ');
   return fmt::format("derail: {}; help: derail {}{}--help\n", what, top ? "" : app->get_name(), top ? "" : " ");
@@ -241,7 +241,7 @@ int command_line(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();
 
-  Arguments a;
+  RunArguments a;
   const auto add_inputs = [&a](CLI::App* command) {
     apps::add_path(command, "FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();
     command

@@ -21,7 +21,7 @@ void require_apart(const std::vector<NamedPath>& inputs, const std::vector<Named
 
 /// Throws inputs::InputError if the path is recognised as something else: "PATH: is a study (derail study takes it);
 /// allowed: a scenario". What is not recognised is left to its reader.
-void expect(files::Kind wanted, const std::string& path);
+void expect(files::FileKind wanted, const std::string& path);
 
 /// A folder that is removed again, with those made above it, if nothing has been put into it.
 class NewFolder {

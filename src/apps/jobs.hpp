@@ -14,7 +14,7 @@ namespace train_derail::apps {
 /// `jobs` as asked for, or as many as are of use here; says so.
 inline int useful_jobs(int jobs) {
   if (jobs <= study::jobs_max()) return jobs;
-  std::cerr << fmt::format("derail: --jobs = {}: more threads than are of use here; {} do it\n", jobs,
+  std::cerr << fmt::format("derail: --jobs = {}: more threads than are useful on this machine; {} are used\n", jobs,
                            study::jobs_max());
   return study::jobs_max();
 }

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using inputs::InputError;
 
-struct Arguments {
+struct ValidateArguments {
   std::string table, study, min_speed;
   std::optional<std::string> out;
   std::vector<std::string> set;
@@ -35,7 +35,7 @@ struct Arguments {
   bool seeds_only = false, skip_invalid = false, resume = false, quiet = false;
 };
 
-study::Study read_study(const Arguments& a) {
+study::Study read_study(const ValidateArguments& a) {
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   study::Study study = study::read_study_file(a.study, overrides, a.spread);
@@ -48,7 +48,7 @@ study::Study read_study(const Arguments& a) {
   return a.seeds_only ? validation::seeds_only(study) : study;
 }
 
-validation::AccidentTable read_table(const Arguments& a) {
+validation::AccidentTable read_table(const ValidateArguments& a) {
   validation::AccidentTable table = validation::read_accidents(a.table, a.skip_invalid);
   double slowest = 0.0;
   try {
@@ -61,7 +61,8 @@ validation::AccidentTable read_table(const Arguments& a) {
     const bool due = (row.line - 2) % static_cast<std::size_t>(a.every) == 0;
     if (due && row.speed_mph >= slowest - 1e-9 && row.cars_from_pod_to_rear >= a.min_tail) wanted.push_back(row);
   }
-  if (wanted.empty()) throw InputError(a.table, "", "", "no row is left of those asked for", "at least one row");
+  if (wanted.empty())
+    throw InputError(a.table, "", "", "no row fulfils the conditions of the command line", "at least one row");
   table.rows = std::move(wanted);
   return table;
 }
@@ -77,9 +78,9 @@ void say_left_out(const validation::AccidentTable& table) {
   if (more > 0) std::cerr << fmt::format("  and {} more (validation.json)\n", more);
 }
 
-int validate(const Arguments& a) {
-  expect(files::Kind::accidents, a.table);
-  expect(files::Kind::study, a.study);
+int validate(const ValidateArguments& a) {
+  expect(files::FileKind::accidents, a.table);
+  expect(files::FileKind::study, a.study);
   validation::AccidentTable table = read_table(a);
   const study::Study study = read_study(a);
   validation::check_scenarios(study, table, a.skip_invalid);
@@ -89,7 +90,7 @@ int validate(const Arguments& a) {
   stop_on_signals();
   validation::Ensembles ensembles;
   {
-    Progress progress(!a.quiet);
+    ProgressLine progress(!a.quiet);
     ensembles = validation::run(
         study, table, {folder, useful_jobs(a.jobs), a.resume},
         [&](const study::Progress& p) {
@@ -100,7 +101,7 @@ int validate(const Arguments& a) {
         stop);
   }
   end_on_signals();
-  say_problems(ensembles.problems, "computed anew");
+  say_problems(ensembles.problems, "computed again");
   if (ensembles.stopped) {
     std::cerr << "derail: stopped; --resume goes on from here\n";
     return kInterrupted;
@@ -132,8 +133,8 @@ int validate(const Arguments& a) {
 }  // namespace
 
 void add_validate_command(CLI::App& app, std::function<int()>& command) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  const auto arguments = std::make_shared<ValidateArguments>();
+  ValidateArguments& a = *arguments;
   CLI::App* sub = app.add_subcommand(
       "validate",
       "Predict the cars derailed in real accidents, one ensemble a row, and score it against what happened");

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr int kDiffers = 4;
 
-struct Arguments {
+struct VerifyArguments {
   std::string file;
   std::optional<std::string> json, out;
   std::vector<std::string> set;
@@ -28,9 +28,9 @@ struct Arguments {
   bool force = false, quiet = false;
 };
 
-int verify(const Arguments& a) {
+int verify(const VerifyArguments& a) {
   multibody::require();
-  expect(files::Kind::scenario, a.file);
+  expect(files::FileKind::scenario, a.file);
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
@@ -49,7 +49,7 @@ int verify(const Arguments& a) {
   for (const NamedPath& p : paths) outputs.emplace_back(p.path, existing(a.force));
   multibody::Verification v;
   {
-    Progress progress(!a.quiet);
+    ProgressLine progress(!a.quiet);
     v = multibody::verify(
         scenario, a.options, [&](double done, const std::string& what) { progress.update(done, what); }, &stop);
   }
@@ -72,8 +72,8 @@ int verify(const Arguments& a) {
 }  // namespace
 
 void add_verify_command(CLI::App& app, std::function<int()>& command) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  const auto arguments = std::make_shared<VerifyArguments>();
+  VerifyArguments& a = *arguments;
   CLI::App* sub = app.add_subcommand(
       "verify", "Check the model against a general multibody engine (Simbody); exit code 4: they differ");
   add_path(sub, "FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();

@@ -1,5 +1,6 @@
-// Every key of a scenario: name, unit, range, meaning. The one place; reading, checking, writing and listing all walk
-// it.
+/// \file
+/// The schema: every key of a scenario with its name, unit, range and meaning. Reading, checking, writing and listing
+/// of scenarios all go through these functions, so a key is described nowhere else.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +17,11 @@ namespace train_derail::inputs {
 
 struct Range {
   double min = -kInfinity, max = kInfinity;
-  bool min_open = false, infinite = false;  // is min itself excluded; is .inf allowed
+  bool min_open = false, infinite = false;  // whether min itself is excluded; whether .inf is allowed
 
   bool contains(double v) const {
     if (v == kInfinity) return infinite;
-    return v != -kInfinity && (min_open ? v > min : v >= min) && v <= max;  // false for NaN
+    return v != -kInfinity && (min_open ? v > min : v >= min) && v <= max;  // NaN is never allowed
   }
   std::string text(const std::string& unit) const {
     const std::string u = unit == "1" ? "" : " " + unit;
@@ -38,9 +39,9 @@ inline Range between(double min, double max) { return {min, max, false, false}; 
 inline Range above_up_to(double min, double max) { return {min, max, true, false}; }
 inline Range between_or_infinite(double min, double max) { return {min, max, false, true}; }
 
-/// `unit` is the SI unit in UDUNITS notation, `shown` the one people read ("" if the same). Outside of `range`, which
-/// holds every train that can be thought of, a value is refused; outside of `usual`, which holds the trains there are,
-/// a warning is given.
+/// Units and ranges of a number. `unit` is the SI unit in UDUNITS notation, `shown` the unit that people read ("" if it
+/// is the same). A value outside of `range`, which holds every train that is possible, is refused. A value outside of
+/// `usual`, which holds real trains, gives a warning.
 struct Quantity {
   const char* unit;
   const char* shown;
@@ -77,13 +78,14 @@ inline constexpr std::array<Names<ContactLaw>, 2> kContactLaws{
 
 inline constexpr int kCarsMax = 1000;
 inline const Range kYawInertiaFactors = between(0.01, 0.25), kUsualYawInertiaFactors = between(0.06, 0.13);
-inline const Range kPlaces = between(-1e5, 1e5);  // along and across the track
+inline const Range kPlaces = between(-1e5, 1e5);  // positions along and across the track [m]
 inline constexpr std::size_t kCurvesMax = 1000, kPatchesMax = 1000;
 
-/// When a key acts: a value that the laws which the scenario has chosen do not use has no effect, and that is said.
+/// The condition under which a key has an effect. If the scenario chooses laws that do not use the key, a warning says
+/// so.
 struct When {
   bool (*holds)(const Scenario&);
-  const char* text;  // "it acts with ..."
+  const char* text;  // the condition in words, after "it acts with"
 };
 inline constexpr When kOnRails{[](const Scenario& s) { return s.ground.on_track_law == OnTrackLaw::rails; },
                                "ground.on_track_law: rails"};
@@ -122,19 +124,21 @@ inline constexpr When kErrorControl{
     [](const Scenario& s) { return s.solver.method != Method::semi_implicit && !s.solver.fixed_step; },
     "solver.method: cash_karp, dormand_prince or bdf, without solver.fixed_step"};
 
-/// What is said of a key: its meaning, and when it acts (of a group: when any of it does). Null: always.
+/// The meaning of a key or group, and when it has an effect; null: always.
 struct Doc {
   Doc(const char* meaning, const When* acts_when = nullptr) : text(meaning), when(acts_when) {}
   const char* text;
   const When* when;
 };
 
-/// What keeps a key from acting in this scenario, null if nothing does; `outer` is the answer for its group.
+/// Returns the condition that keeps a key from having an effect in this scenario, or null if it has one. `outer` is the
+/// same for the group of the key.
 inline const When* idle_because(const Scenario& s, const When* outer, const Doc& doc) {
   return outer != nullptr ? outer : doc.when != nullptr && !doc.when->holds(s) ? doc.when : nullptr;
 }
 
-// A visitor has text, number, integer, choice, group, list. S, C, ... are const or not as the visitor needs.
+// Each function below shows one group of keys to a visitor, which has the members text, number, integer, choice, group
+// and list. The group (S, C, ...) is const or not, as the visitor needs.
 
 template <class V, class C>
 void describe_block(V& v, C& c) {

@@ -134,7 +134,7 @@ class Bar final : public SimTK::Force::Custom::Implementation {
 };
 
 /// Figure 1: half the weight presses on the ground under either truck, and rubs.
-class Ground final : public SimTK::Force::Custom::Implementation {
+class GroundForces final : public SimTK::Force::Custom::Implementation {
  public:
   struct Truck {
     MobilizedBody body;
@@ -143,8 +143,8 @@ class Ground final : public SimTK::Force::Custom::Implementation {
     double load;  // N
   };
 
-  Ground(const inputs::Ground& law, const SimTK::GeneralForceSubsystem& forces, std::size_t cars,
-         std::vector<Truck> trucks)
+  GroundForces(const inputs::Ground& law, const SimTK::GeneralForceSubsystem& forces, std::size_t cars,
+               std::vector<Truck> trucks)
       : law_(law), forces_(forces), cars_(cars), trucks_(std::move(trucks)) {}
 
   bool past(const State& state, std::size_t car) const { return flags(state)[static_cast<unsigned>(car)] != 0; }
@@ -203,7 +203,7 @@ class Ground final : public SimTK::Force::Custom::Implementation {
 /// A car's centre reaches the point of derailment: from here on the ground is another, and the rails let go.
 class Crossing final : public SimTK::TriggeredEventHandler {
  public:
-  Crossing(const MobilizedBody::Planar& body, std::size_t car, const Ground& ground,
+  Crossing(const MobilizedBody::Planar& body, std::size_t car, const GroundForces& ground,
            std::vector<SimTK::Constraint> rails)
       : TriggeredEventHandler(Stage::Position), body_(body), car_(car), ground_(ground), rails_(std::move(rails)) {
     getTriggerInfo().setTriggerOnFallingSignTransition(false).setRequiredLocalizationTimeWindow(kWindow);
@@ -218,7 +218,7 @@ class Crossing final : public SimTK::TriggeredEventHandler {
   static constexpr double kWindow = 1e-4;  // of the accuracy [s]
   const MobilizedBody::Planar body_;
   const std::size_t car_;
-  const Ground& ground_;
+  const GroundForces& ground_;
   const std::vector<SimTK::Constraint> rails_;
 };
 
@@ -227,8 +227,8 @@ inputs::Scenario checked(const inputs::Scenario& scenario) {
   return scenario;
 }
 
-struct Run {
-  Run(const inputs::Scenario& s, const Options& o)
+struct SimbodyRun {
+  SimbodyRun(const inputs::Scenario& s, const EngineOptions& o)
       : scenario(checked(s)),
         train(model::expand(scenario.consist)),
         matter(system),
@@ -249,7 +249,7 @@ struct Run {
   std::vector<MobilizedBody::Planar> bodies;
   std::vector<const Bar*> bars;  // the force subsystem owns them
   std::vector<SimTK::Constraint::Rod> rods;
-  const Ground* ground = nullptr;
+  const GroundForces* ground = nullptr;
   std::vector<std::vector<SimTK::Constraint>> rails;  // of each car; reading `guided`
   SimTK::RungeKuttaMersonIntegrator integrator;
   SimTK::TimeStepper stepper;
@@ -260,9 +260,9 @@ struct Run {
   std::string message;
   double wall_time = 0.0;
 
-  void build(const Options& o) {
+  void build(const EngineOptions& o) {
     const Fault fault = o.fault;
-    std::vector<Ground::Truck> trucks;
+    std::vector<GroundForces::Truck> trucks;
     for (std::size_t k = 0; k < train.size(); ++k) {
       const model::Car& car = train[k];
       const double yaw = car.yaw_inertia * (fault == Fault::yaw_inertia ? 1.2 : 1.0);
@@ -298,15 +298,15 @@ struct Run {
     }
     inputs::Ground law = scenario.ground;
     if (fault == Fault::friction_swapped) std::swap(law.on_track_friction, law.off_track_friction);
-    auto floor = std::make_unique<Ground>(law, forces, train.size(), std::move(trucks));
-    ground = floor.get();
-    SimTK::Force::Custom(forces, floor.release());
+    auto friction = std::make_unique<GroundForces>(law, forces, train.size(), std::move(trucks));
+    ground = friction.get();
+    SimTK::Force::Custom(forces, friction.release());
     for (std::size_t k = 0; k < train.size(); ++k) {
       system.addEventHandler(new Crossing(bodies[k], k, *ground, rails[k]));
     }
   }
 
-  void start(const Options& o) {
+  void start(const EngineOptions& o) {
     State state = system.realizeTopology();
     ground->set_weights(state);
     // Draws of this engine's own, so that two ensembles share none.
@@ -412,7 +412,7 @@ struct Run {
 
 class SimbodyRun final : public EngineRun {
  public:
-  SimbodyRun(const inputs::Scenario& scenario, const Options& options) : run_(scenario, options) {}
+  SimbodyRun(const inputs::Scenario& scenario, const EngineOptions& options) : run_(scenario, options) {}
 
   void advance(double t, const std::atomic<bool>* stop) override {
     const auto start = std::chrono::steady_clock::now();
@@ -460,7 +460,7 @@ class SimbodyRun final : public EngineRun {
   }
 
  private:
-  Run run_;
+  SimbodyRun run_;
 };
 
 }  // namespace
@@ -468,6 +468,6 @@ class SimbodyRun final : public EngineRun {
 }  // namespace train_derail::multibody
 
 extern "C" train_derail::multibody::EngineRun* train_derail_start_engine(
-    const train_derail::inputs::Scenario& scenario, const train_derail::multibody::Options& options) {
+    const train_derail::inputs::Scenario& scenario, const train_derail::multibody::EngineOptions& options) {
   return new train_derail::multibody::SimbodyRun(scenario, options);
 }

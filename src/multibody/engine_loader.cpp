@@ -31,7 +31,7 @@ StartEngine start_engine() {
 
 void require() { start_engine(); }
 
-Engine::Engine(const inputs::Scenario& scenario, const Options& options) {
+Engine::Engine(const inputs::Scenario& scenario, const EngineOptions& options) {
   const std::string part = inputs::first_part_beyond_the_paper(scenario);
   if (!part.empty()) {
     throw inputs::InputError("scenario", part, "", "the multibody engine has no such part", "the paper's model alone");

@@ -19,6 +19,6 @@ class EngineRun {
 
 inline constexpr char kEngineModule[] = "libtrain_derail_multibody.so";
 inline constexpr char kEngineFunction[] = "train_derail_start_engine";
-using StartEngine = EngineRun* (*)(const inputs::Scenario& scenario, const Options& options);
+using StartEngine = EngineRun* (*)(const inputs::Scenario& scenario, const EngineOptions& options);
 
 }  // namespace train_derail::multibody

@@ -15,15 +15,15 @@ namespace train_derail::multibody {
 namespace {
 
 /// Both statistics in whole numbers, so that ties with the observed one are seen.
-struct Statistics {
+struct Counts {
   std::int64_t distance = 0;  // times the product of the sizes
   std::int64_t ranks = 0;     // of a, twice their sum
 };
 
 /// `of_a`: whether the pooled sample's i-th smallest value belongs to a; `tied`: whether it equals the next.
-Statistics statistics(const std::vector<char>& of_a, const std::vector<char>& tied,
-                      const std::vector<std::int64_t>& twice_rank, std::int64_t size_a, std::int64_t size_b) {
-  Statistics s;
+Counts counts_of(const std::vector<char>& of_a, const std::vector<char>& tied,
+                 const std::vector<std::int64_t>& twice_rank, std::int64_t size_a, std::int64_t size_b) {
+  Counts s;
   std::int64_t below = 0;  // difference of the two distribution functions, times the product of the sizes
   for (std::size_t i = 0; i < of_a.size(); ++i) {
     below += of_a[i] != 0 ? size_b : -size_a;
@@ -66,7 +66,7 @@ TwoSample compare(const std::vector<double>& a, const std::vector<double>& b, in
       twice_rank[j] = static_cast<std::int64_t>(i + end + 1);  // ranks from 1, ties share their mean
     }
   }
-  const Statistics seen = statistics(of_a, tied, twice_rank, size_a, size_b);
+  const Counts seen = counts_of(of_a, tied, twice_rank, size_a, size_b);
   const std::int64_t expected = size_a * (size_a + size_b + 1);
 
   TwoSample result;
@@ -79,7 +79,7 @@ TwoSample compare(const std::vector<double>& a, const std::vector<double>& b, in
     for (std::size_t i = n - 1; i > 0; --i) {  // Fisher and Yates; the bias of the remainder is below 1e-16
       std::swap(of_a[i], of_a[engine() % (i + 1)]);
     }
-    const Statistics s = statistics(of_a, tied, twice_rank, size_a, size_b);
+    const Counts s = counts_of(of_a, tied, twice_rank, size_a, size_b);
     farther += s.distance >= seen.distance ? 1 : 0;
     more_uneven += std::abs(s.ranks - expected) >= std::abs(seen.ranks - expected) ? 1 : 0;
   }

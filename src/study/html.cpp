@@ -88,7 +88,7 @@ std::string title_of(const std::string& svg, const std::string& otherwise) {
   return unescape(svg.substr(begin + kOpen.size(), end - begin - kOpen.size()));
 }
 
-std::string cells(const char* tag, const std::vector<Column>& columns, const std::vector<std::string>& texts) {
+std::string cells(const char* tag, const std::vector<PageColumn>& columns, const std::vector<std::string>& texts) {
   std::string row = "<tr>";
   for (std::size_t i = 0; i < columns.size(); ++i) {
     row += fmt::format("<{}{}>{}</{}>", tag, columns[i].numeric ? " class=\"n\"" : "", escape(texts.at(i)), tag);
@@ -128,9 +128,9 @@ std::string base64(const std::string& bytes) {
   return out;
 }
 
-std::string table(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows) {
+std::string table(const std::vector<PageColumn>& columns, const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::string> titles;
-  for (const Column& column : columns) titles.push_back(column.title);
+  for (const PageColumn& column : columns) titles.push_back(column.title);
   std::string out = "<table>\n<thead>" + cells("th", columns, titles) + "</thead>\n<tbody>\n";
   for (const auto& row : rows) out += cells("td", columns, row);
   return out + "</tbody>\n</table>\n";

@@ -13,12 +13,12 @@ std::string escape(const std::string& text);
 std::string base64(const std::string& bytes);
 
 /// `numeric[i]`: column i is set flush right.
-struct Column {
+struct PageColumn {
   std::string title;
   bool numeric = false;
 };
 /// Cells are text, not HTML.
-std::string table(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows);
+std::string table(const std::vector<PageColumn>& columns, const std::vector<std::vector<std::string>>& rows);
 
 /// A table without a head: name and value a line.
 std::string facts(const std::vector<std::pair<std::string, std::string>>& lines);

@@ -25,8 +25,8 @@ void write_all(int file, const std::string& path, const std::string& text) {
   const off_t before = lseek(file, 0, SEEK_END);
   const ssize_t written = write(file, text.data(), text.size());
   if (written == static_cast<ssize_t>(text.size())) return;
-  const std::string why = written < 0 ? std::strerror(errno) : "no space for a whole line";
-  if (ftruncate(file, before) != 0) fail(path, why + ", and the torn line cannot be cut off");
+  const std::string why = written < 0 ? std::strerror(errno) : "no space left for the line";
+  if (ftruncate(file, before) != 0) fail(path, why + ", and the incomplete line cannot be removed");
   fail(path, why);
 }
 
@@ -88,7 +88,7 @@ Journal::Journal(const std::string& folder, const JournalFormat& format, const S
     const Lock lock(lock_);
     if (!lock.try_shard(shard)) fail(path_, "another process is writing it");
     std::vector<fs::path> journals = journals_in(folder);
-    std::vector<Place> rows;
+    std::vector<RowPlace> rows;
     std::vector<Scan> scans;
     const auto read_all = [&](const std::function<void(const JournalRow&)>& to) {
       rows.clear();

@@ -23,7 +23,7 @@ std::string line_of(const std::vector<std::string>& fields, double wall_time, co
 std::string_view outcome_part(std::string_view line);
 
 /// Where a good row lies.
-struct Place {
+struct RowPlace {
   std::int64_t run;
   std::size_t journal;  // in a list of paths
   std::uintmax_t offset;
@@ -32,7 +32,7 @@ struct Place {
 };
 
 struct Scan {
-  std::vector<Place> rows;            // journal by journal
+  std::vector<RowPlace> rows;         // journal by journal
   std::vector<std::string> problems;  // "file:line: what is wrong"
   bool damaged = false;               // ... or the head: the journal is to be written anew
   std::uintmax_t whole = 0;           // bytes up to the end of the last whole line
@@ -45,14 +45,14 @@ Scan scan(const std::filesystem::path& path, std::size_t number, const JournalFo
           const std::function<void(const JournalRow&)>& use);
 
 /// Good rows of journals in the order of runs, each run once. Throws InputError if two rows of a run differ.
-void sort_out(std::vector<Place>& rows, const std::vector<std::filesystem::path>& journals);
+void sort_out(std::vector<RowPlace>& rows, const std::vector<std::filesystem::path>& journals);
 
 /// Lines of journals by their places.
 class Lines {
  public:
   explicit Lines(const std::vector<std::filesystem::path>& journals) : paths_(journals), files_(journals.size()) {}
   /// Throws std::runtime_error.
-  const std::string& at(const Place& place);
+  const std::string& at(const RowPlace& place);
 
  private:
   const std::vector<std::filesystem::path>& paths_;
@@ -61,7 +61,7 @@ class Lines {
 };
 
 /// A journal of the head and these lines, whole.
-void write_journal(const std::filesystem::path& path, const JournalFormat& format, const std::vector<Place>& rows,
+void write_journal(const std::filesystem::path& path, const JournalFormat& format, const std::vector<RowPlace>& rows,
                    Lines& lines);
 
 }  // namespace train_derail::study

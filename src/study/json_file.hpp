@@ -24,7 +24,7 @@ auto checked_json(const std::string& path, const std::string& made_by, Use use) 
   } catch (const nlohmann::json::out_of_range&) {
     wrong_json(path, made_by, "an entry is missing");
   } catch (const nlohmann::json::type_error&) {
-    wrong_json(path, made_by, "an entry is of a wrong kind");
+    wrong_json(path, made_by, "an entry has a wrong type");
   }
 }
 

@@ -72,9 +72,9 @@ std::int64_t write_runs(const std::string& folder, const Study& study, const std
   const HeldLock lock(folder);
   lock.wait_for_tables();
   const std::vector<fs::path> journals = journals_in(folder);
-  std::vector<Place> rows;
+  std::vector<RowPlace> rows;
   for (std::size_t j = 0; j < journals.size(); ++j) {
-    const std::vector<Place> some = scan(journals[j], j, format, {}).rows;
+    const std::vector<RowPlace> some = scan(journals[j], j, format, {}).rows;
     rows.insert(rows.end(), some.begin(), some.end());
   }
   sort_out(rows, journals);
@@ -91,7 +91,7 @@ std::int64_t write_runs(const std::string& folder, const Study& study, const std
   files::OutputFile out(in(folder, "runs.csv"), files::Existing::replace);
   out.stream() << with_inputs(keys) << "\n";
   Lines lines(journals);
-  for (const Place& place : rows) {
+  for (const RowPlace& place : rows) {
     if (stop != nullptr && *stop) throw Stopped();
     std::string problem;
     if (!files::csv_fields(outcome_part(lines.at(place)), fields, problem))
@@ -116,7 +116,7 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
 
   Gathered gathered;
   std::vector<fs::path> journals;
-  std::vector<Place> rows;
+  std::vector<RowPlace> rows;
   std::vector<bool> damaged;
   const auto read = [&](const std::string& of) {
     for (const fs::path& path : journals_in(of)) {
@@ -128,7 +128,7 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
     }
   };
   for (const std::string& other : folders) read(other);
-  std::vector<Place> theirs = rows;
+  std::vector<RowPlace> theirs = rows;
   sort_out(theirs, journals);  // before anything is created
 
   claim_folder(folder, format.identity);
@@ -137,18 +137,18 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
   const std::size_t first = journals.size();
   read(folder);
   std::vector<bool> have(total, false), held(total, false);
-  for (const Place& row : rows) {
+  for (const RowPlace& row : rows) {
     if (row.journal >= first) held[static_cast<std::size_t>(row.run)] = true;
   }
-  const std::vector<Place> in_order_read = rows;
+  const std::vector<RowPlace> in_order_read = rows;
   sort_out(rows, journals);
-  for (const Place& row : rows) have[static_cast<std::size_t>(row.run)] = true;
+  for (const RowPlace& row : rows) have[static_cast<std::size_t>(row.run)] = true;
   gathered.runs = static_cast<std::int64_t>(rows.size());
   gathered.total = static_cast<std::int64_t>(total);
   gathered.missing = missing_text(have, journals);
 
-  std::vector<Place> added;
-  for (const Place& row : rows) {
+  std::vector<RowPlace> added;
+  for (const RowPlace& row : rows) {
     if (!held[static_cast<std::size_t>(row.run)]) added.push_back(row);
   }
   gathered.added = static_cast<std::int64_t>(added.size());
@@ -158,8 +158,8 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
   for (std::size_t j = first; j < journals.size(); ++j) {
     const bool takes = journals[j] == target && !added.empty();
     if (!damaged[j] && !takes) continue;
-    std::vector<Place> now;
-    for (const Place& row : in_order_read) {
+    std::vector<RowPlace> now;
+    for (const RowPlace& row : in_order_read) {
       if (row.journal == j) now.push_back(row);
     }
     if (takes) now.insert(now.end(), added.begin(), added.end());

@@ -227,12 +227,11 @@ std::string why_equal(const inputs::Scenario& s, Engine engine) {
   const auto add = [&](bool given, const char* text) {
     if (given) why += (why.empty() ? "" : ", ") + std::string(text);
   };
-  add(p.spacing > 0.0, "spacing is between cars, and there is one");
+  add(p.spacing > 0.0, "spacing needs two cars or more");
   add(p.yaw_rate > 0.0, "yaw_rate multiplies initial.yaw_rate, which is 0");
   add(p.kick > 0.0, "kick needs rails");
   add(p.alignment > 0.0, "alignment needs rails");
-  return why.empty() ? "there is no perturbation, neither of the study nor of its scenario"
-                     : "of the perturbation, " + why;
+  return why.empty() ? "there is no perturbation, neither of the study nor of its scenario" : "perturbation: " + why;
 }
 
 std::vector<std::string> check(const Study& s, const std::atomic<bool>* stop) {

@@ -165,15 +165,15 @@ std::string field(const ordered_json& j, const char* key) {
 
 std::string overview(const Results& r) {
   const ordered_json& perturbation = r.study.at("perturbation");
-  Facts facts{{"plan", field(r.study, "plan")},
-              {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
-              {"runs a point", field(r.study, "replicates")},
-              {"perturbation of every run",
-               fmt::format("spacing {} m, initial angular velocity {} of itself, kick {} m/s, alignment {} m",
-                           digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")),
-                           digits(perturbation.at("kick")), digits(perturbation.at("alignment")))},
-              {"seed", field(r.study, "seed")},
-              {"base scenario", field(r.study.at("scenario"), "title")}};
+  Facts facts{
+      {"plan", field(r.study, "plan")},
+      {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
+      {"runs a point", field(r.study, "replicates")},
+      {"perturbation of every run", fmt::format("spacing {} m, yaw rate {} (relative), kick {} m/s, alignment {} m",
+                                                digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")),
+                                                digits(perturbation.at("kick")), digits(perturbation.at("alignment")))},
+      {"seed", field(r.study, "seed")},
+      {"base scenario", field(r.study.at("scenario"), "title")}};
   if (!r.by_point()) facts.insert(facts.begin() + 1, {"samples", field(r.study, "samples")});
   return html::facts(facts);
 }
@@ -230,7 +230,7 @@ Row point_cells(const Results& r, const std::string& point, const std::string& n
 }
 
 std::string table_by_point(const Results& r) {
-  std::vector<html::Column> columns;
+  std::vector<html::PageColumn> columns;
   if (r.one_at_a_time()) columns = {{"input", false}, {"value", true}, {"change", true}};
   else
     for (const Number& factor : r.factors) columns.push_back({factor.title, true});
@@ -305,7 +305,7 @@ std::string sobol_table(const Results& r) {
 
 std::string failed_table(const Results& r) {
   if (r.failed == 0) return "";
-  std::vector<html::Column> columns{{"run", true}};
+  std::vector<html::PageColumn> columns{{"run", true}};
   for (const Number& factor : r.factors) columns.push_back({factor.title, true});
   columns.push_back({"reason", false});
   std::vector<Row> rows = r.failures;
@@ -314,7 +314,8 @@ std::string failed_table(const Results& r) {
   }
   std::string rest;
   if (r.failed > rows.size()) rest = fmt::format("<p>{} more in runs.csv.</p>\n", r.failed - rows.size());
-  return "<h2>Failed runs</h2>\n<p>They are counted, but in no median.</p>\n" + html::table(columns, rows) + rest;
+  return "<h2>Failed runs</h2>\n<p>They are counted, but left out of all medians.</p>\n" + html::table(columns, rows) +
+         rest;
 }
 
 /// What is to be looked at before the numbers are believed.
@@ -335,7 +336,7 @@ std::string pictures(const Results& r) {
   if (paths.empty()) {
     return fmt::format(
         "<h2>Pictures</h2>\n<p>There are none yet: <code>rosrun train_derail plot_study.py {}</code> "
-        "draws them; then make this page anew.</p>\n",
+        "draws them; then make this page again.</p>\n",
         html::escape(r.folder));
   }
   std::string of_outcomes;

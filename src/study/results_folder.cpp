@@ -131,7 +131,7 @@ HeldLock::~HeldLock() { close(file); }
 void claim_folder(const std::string& folder, const std::string& identity) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder, error)) fail(folder, error ? error.message() : "is no folder");
+  if (error || !fs::is_directory(folder, error)) fail(folder, error ? error.message() : "is not a folder");
   const std::string file = in(folder, "study.json");
   if (!fs::exists(file, error)) {
     for (const auto& entry : fs::directory_iterator(folder, error)) {

@@ -194,7 +194,7 @@ void require_utf8(const std::string& where, const std::string& key, const std::s
 
 Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides,
                  std::optional<double> spread) {
-  inputs::Places places;
+  inputs::KeyPlaces places;
   const std::vector<inputs::Override> none;
   StudyEntry entry;
   inputs::TreeReader reader(root, "", path, none, places);
@@ -214,7 +214,7 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
                      "a list of groups; [] for an ensemble of the scenario itself");
   }
   if (entry.factors.empty() && random(entry.plan)) {
-    throw InputError(where("factors"), "factors", "[]", "the plan samples inputs, and there are none",
+    throw InputError(where("factors"), "factors", "[]", "this plan samples inputs, but there are no factors",
                      "at least one, or another plan");
   }
   if (entry.factors.size() > kFactorsMax) {
@@ -252,7 +252,8 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     throw InputError(where(e.key()), e.key(), e.value(), e.problem(), e.allowed());
   }
   if (!random(entry.plan) && entry.spread != 1.0) {
-    throw InputError(where("spread"), "spread", fmt::format("{}", entry.spread), "the plan samples no ranges", "1");
+    throw InputError(where("spread"), "spread", fmt::format("{}", entry.spread),
+                     "this plan has no ranges to make wider", "1");
   }
 
   Study study;

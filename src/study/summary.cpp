@@ -138,7 +138,7 @@ std::vector<std::string> equal_points(const Runs& runs, const Study& study) {
     equal += same ? 1 : 0;
   }
   if (study.replicates < 2 || equal == 0) return {};
-  return {fmt::format("{} of {} points: all runs are the same run, seeds change nothing; their ranges mean nothing",
+  return {fmt::format("{} of {} points: all runs are equal, the seeds change nothing; their ranges have no meaning",
                       equal, points)};
 }
 

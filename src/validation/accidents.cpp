@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -55,7 +56,7 @@ File read_lines(const std::string& path, std::vector<InputError>& errors) try {
     if (line.fields.size() == file.names.size() + 1 && line.fields.back().empty()) line.fields.pop_back();
     if (line.fields.size() != file.names.size()) {
       errors.emplace_back(file.where(line), "", "", fmt::format("{} fields", line.fields.size()),
-                          fmt::format("{}, as columns", file.names.size()));
+                          fmt::format("{}, one for each column", file.names.size()));
     } else {
       file.rows.push_back(line);
     }
@@ -106,7 +107,8 @@ class RowReader {
     const std::string& written = text(column);
     const auto value = files::number<T>(written);
     if (value && fits(*value)) return *value;
-    wrong(column, written, value ? "out of range" : "not a number of this kind", allowed);
+    constexpr const char* kKind = std::is_integral_v<T> ? "not a whole number" : "not a number";
+    wrong(column, written, value ? "out of range" : kKind, allowed);
     return otherwise;
   }
 
@@ -136,10 +138,9 @@ Accident read_row(const File& file, const Line& line, std::vector<InputError>& e
     if (file.has(column) && !a.empty_cars) a.empty_cars = reader.count_or_blank(column);
   }
   if (errors.size() == before && a.first_car_position - 1 + a.cars_from_pod_to_rear != a.n_cars) {
-    reader.wrong(
-        "cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
-        fmt::format("does not go with first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
-        fmt::format("n_cars - first_car_position + 1 = {}", a.n_cars - a.first_car_position + 1));
+    reader.wrong("cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
+                 fmt::format("does not fit first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
+                 fmt::format("n_cars - first_car_position + 1 = {}", a.n_cars - a.first_car_position + 1));
   }
   return a;
 }
@@ -188,8 +189,9 @@ Accident read_form_row(const File& file, const Line& line, std::vector<InputErro
   if (errors.size() == before && (a.n_cars < 1 || a.n_cars > kCountMax)) {
     const std::string other = reader.text_if_any("INCDTNO2");
     reader.wrong("LOADF1 + LOADP1 + EMPTYF1 + EMPTYP1 + CABOOSE1", fmt::format("{}", a.n_cars),
-                 other.empty() ? "no train"
-                               : fmt::format("no train; that is in the report of {}, {}", reader.text("RR2"), other),
+                 other.empty()
+                     ? "no cars"
+                     : fmt::format("no cars; the train is in the report of {}, {}", reader.text("RR2"), other),
                  fmt::format("1 to {} cars", kCountMax));
     return a;
   }
@@ -204,15 +206,17 @@ Accident read_form_row(const File& file, const Line& line, std::vector<InputErro
   a.cars_derailed = sum({"LOADF2", "LOADP2", "EMPTYF2", "EMPTYP2", "CABOOSE2"});
   if (a.cars_derailed < 1 || a.cars_derailed > a.n_cars) {
     reader.wrong("LOADF2 + LOADP2 + EMPTYF2 + EMPTYP2 + CABOOSE2", fmt::format("{}", a.cars_derailed),
-                 a.cars_derailed < 1 ? "no car derailed" : "more than the train has", fmt::format("1 to {}", a.n_cars));
+                 a.cars_derailed < 1 ? "no car derailed" : "more cars than the train has",
+                 fmt::format("1 to {}", a.n_cars));
   }
   // Meant is the place among the cars; some railroads count the locomotives ahead of them too.
   a.first_car_position = reader.count("POSITON1", 1, a.n_cars + a.head_end_locos);
   if (errors.size() > before) return a;
   if (a.first_car_position > a.n_cars) {
     a.first_car_position -= a.head_end_locos;
-    notes.push_back({a.line, fmt::format("POSITON1 = '{}' of {} cars counts locomotives: {} is taken",
-                                         reader.text("POSITON1"), a.n_cars, a.first_car_position)});
+    notes.push_back(
+        {a.line, fmt::format("POSITON1 = '{}' in a train of {} cars must include the locomotives: {} is used",
+                             reader.text("POSITON1"), a.n_cars, a.first_car_position)});
   }
   a.cars_from_pod_to_rear = a.n_cars - a.first_car_position + 1;
   const auto date = reader.text_if_any("YEAR4") + "-" + reader.text_if_any("MONTH") + "-" + reader.text_if_any("DAY");
@@ -287,7 +291,7 @@ void read_form(const File& file, AccidentTable& table, std::vector<InputError>& 
       if (i == kept) continue;
       const std::size_t line = reports[kept].accident.line;
       table.left_out.push_back(
-          {reports[i].accident.line, fmt::format("another report of the accident of line {}", line)});
+          {reports[i].accident.line, fmt::format("a second report of the accident in line {}", line)});
     }
     if (good == of_one.end()) {
       errors.insert(errors.end(), reports[kept].errors.begin(), reports[kept].errors.end());
@@ -365,7 +369,7 @@ inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& a) {
     }
   }
   if (car == nullptr) {
-    throw InputError("scenario", "consist", "", "no block of cars to make trains of",
+    throw InputError("scenario", "consist", "", "no block of cars from which trains can be made",
                      "a block whose name is not locomotive");
   }
 

@@ -59,7 +59,7 @@ TEST(Parts, NeedTheSteppedMethod) {
       s.solver.method = method;
       part.on(s);
       EXPECT_EQ(refusal(s), std::string("scenario: solver.method = '") + name + "': " + part.name +
-                                " makes the motion not smooth; allowed: semi_implicit");
+                                " cannot be computed by this method; allowed: semi_implicit");
     }
     Scenario s = test::baseline();
     s.solver.method = inputs::Method::semi_implicit;
@@ -71,7 +71,7 @@ TEST(Parts, NeedTheSteppedMethod) {
 
 TEST(Parts, SteppedMethodNeedsItsStep) {
   EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step.reset(); }),
-            "scenario: solver.fixed_step: missing: semi_implicit has no error control; allowed: (0, 1] s");
+            "scenario: solver.fixed_step: missing: semi_implicit needs a fixed step; allowed: (0, 1] s");
   EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step = 0.0; }),
             "scenario: solver.fixed_step = '0': out of range; allowed: [1e-08, 1] s");
 }
@@ -82,7 +82,7 @@ TEST(Parts, SteppedMethodHasNoGuidedCars) {
   s.solver.fixed_step = 1e-3;
   s.ground.on_track_law = inputs::OnTrackLaw::guided;
   EXPECT_EQ(refusal(s),
-            "scenario: ground.on_track_law = 'guided': constraints are for the other methods; "
+            "scenario: ground.on_track_law = 'guided': cannot be computed by the method semi_implicit; "
             "allowed: rails, isotropic, along_track");
 }
 
@@ -90,7 +90,7 @@ TEST(Parts, SomeNeedRails) {
   Scenario s = test::baseline();
   s.solver.method = inputs::Method::semi_implicit;
   s.solver.fixed_step = 1e-3;
-  const std::string why = ": needs rails; allowed: ground.on_track_law: rails, or leave it out";
+  const std::string why = ": works only with ground.on_track_law: rails; allowed: that law, or leave this key out";
   EXPECT_EQ(refusal([](Scenario& c) { c.brakes.law = inputs::BrakeLaw::air; }, s),
             "scenario: brakes.law = 'air'" + why);
   EXPECT_EQ(refusal([](Scenario& c) { c.track.grade = 0.01; }, s), "scenario: track.grade = '0.01'" + why);
@@ -120,7 +120,8 @@ TEST(Parts, CurvesFollowEachOther) {
   EXPECT_EQ(refusal([](Scenario& s) {
               s.track.curves = {{-100.0, 50.0, 0.001}, {-51.0, 50.0, -0.001}};
             }),
-            "scenario: track.curves[1].start = '-51': begins before the curve before it ends; allowed: >= -50 m");
+            "scenario: track.curves[1].start = '-51': the curve begins before the end of the previous curve; allowed: "
+            ">= -50 m");
   EXPECT_EQ(refusal([](Scenario& s) {
               s.track.curves = {{-100.0, 0.0, 0.001}};
             }),
@@ -135,11 +136,11 @@ TEST(Parts, PatchesAreNotEmpty) {
   EXPECT_EQ(refusal([](Scenario& s) {
               s.ground.patches = {{5.0, 5.0, 0.0, 1.0, 2.0}};
             }),
-            "scenario: ground.patches[0].x_to = '5': empty patch; allowed: > 5 m");
+            "scenario: ground.patches[0].x_to = '5': not greater than x_from; allowed: > 5 m");
   EXPECT_EQ(refusal([](Scenario& s) {
               s.ground.patches = {{0.0, 5.0, 0.0, 1.0, 2.0}, {0.0, 5.0, 2.0, 1.0, 2.0}};
             }),
-            "scenario: ground.patches[1].y_to = '1': empty patch; allowed: > 2 m");
+            "scenario: ground.patches[1].y_to = '1': not greater than y_from; allowed: > 2 m");
 }
 
 struct Number {

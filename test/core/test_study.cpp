@@ -256,9 +256,9 @@ TEST_F(StudyTest, ReplicatesDifferOrAreRefused) {
   EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2, perturbation: {spacing: 3 mm}}", "perturbation: {}\n")),
             cannot + "there is no perturbation, neither of the study nor of its scenario" + allowed);
   EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm}\n", 1)),
-            cannot + "of the perturbation, spacing is between cars, and there is one" + allowed);
+            cannot + "perturbation: spacing needs two cars or more" + allowed);
   EXPECT_EQ(refused(with("{speed: 20 mph, yaw_rate: 0}", "perturbation: {yaw_rate: 0.1}\n")),
-            cannot + "of the perturbation, yaw_rate multiplies initial.yaw_rate, which is 0" + allowed);
+            cannot + "perturbation: yaw_rate multiplies initial.yaw_rate, which is 0" + allowed);
   // Kicks without rails are refused by the scenario.
   EXPECT_NE(refused(with("{speed: 20 mph, yaw_rate: 0.2}", "perturbation: {spacing: 3 mm, kick: 1 ft/s}\n"))
                 .find("initial.perturbation.kick"),
@@ -280,8 +280,7 @@ TEST_F(StudyTest, ReplicatesDifferOrAreRefused) {
   run(read("some.yaml"), "some", 2);
   const study::Totals totals = study::write_results(path("some"), read("some.yaml"), 0.0);
   ASSERT_EQ(totals.warnings.size(), 1U) << "and seen in what came out";
-  EXPECT_NE(totals.warnings[0].find("1 of 2 points: all runs are the same run"), std::string::npos)
-      << totals.warnings[0];
+  EXPECT_NE(totals.warnings[0].find("1 of 2 points: all runs are equal"), std::string::npos) << totals.warnings[0];
 }
 
 // A seed without a perturbation is an input without effect: runs that need none are not warned of it.
@@ -452,8 +451,9 @@ TEST_F(StudyTest, GivenTwice) {
             ":4: factors.key = 'initial.speed': given twice; allowed: every key once");
   EXPECT_EQ(error_of("scenario: scenario.yaml\noutcomes: [stop_time, stop_time]\nfactors: []\n"),
             ":2: outcomes = 'stop_time': given twice; allowed: every name once");
-  EXPECT_EQ(error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 4\nfactors: []\n"),
-            ":4: factors = '[]': the plan samples inputs, and there are none; allowed: at least one, or another plan");
+  EXPECT_EQ(
+      error_of("scenario: scenario.yaml\nplan: sobol\nsamples: 4\nfactors: []\n"),
+      ":4: factors = '[]': this plan samples inputs, but there are no factors; allowed: at least one, or another plan");
   EXPECT_NE(error_of("scenario: scenario.yaml\nfactors:\n  - {key: coupler.break_draft, scale: [0.5]}\n")
                 .find("the base value is infinite, cannot be scaled"),
             std::string::npos);

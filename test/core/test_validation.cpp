@@ -240,15 +240,15 @@ TEST_F(Validate, BadTablesAreRefusedByFileLineColumnValue) {
   EXPECT_EQ(refusal(with("tons_per_car", "tons")),
             file + ":1: tons_per_car: missing column; allowed: a column of this name (docs/validation.md)");
   EXPECT_EQ(refusal(with("ONE,31", "ONE,fast")),
-            file + ":2: speed_mph = 'fast': not a number of this kind; allowed: a number, 0 < speed_mph <= 300");
+            file + ":2: speed_mph = 'fast': not a number; allowed: a number, 0 < speed_mph <= 300");
   EXPECT_EQ(refusal(with("12.5,5", "12.5,0")),
             file + ":3: n_cars = '0': out of range; allowed: a whole number from 1 to 1000");
   EXPECT_EQ(refusal(with("12.5,5", "12.5,5.5")),
-            file + ":3: n_cars = '5.5': not a number of this kind; allowed: a whole number from 1 to 1000");
+            file + ":3: n_cars = '5.5': not a whole number; allowed: a whole number from 1 to 1000");
   EXPECT_EQ(
       refusal(with("3,6,5", "4,6,5")),
       file +
-          ":4: cars_from_pod_to_rear = '6': does not go with first_car_position = 4 and n_cars = 8; allowed: n_cars - "
+          ":4: cars_from_pod_to_rear = '6': does not fit first_car_position = 4 and n_cars = 8; allowed: n_cars - "
           "first_car_position + 1 = 5");
   EXPECT_EQ(refusal(with("3,6,5", "3,6,9")),
             file + ":4: cars_derailed = '9': out of range; allowed: a whole number from 1 to 8");
@@ -267,7 +267,7 @@ TEST_F(Validate, AllBadRowsAreToldAtOnceOrLeftOut) {
   EXPECT_EQ(said.substr(0, said.find('\n')), file + ": 3 of 5 rows cannot be used; --skip-invalid leaves them out:");
   for (const char* line :
        {":2: speed_mph = 'fast'", ":5: tons_per_car = '2': out of range; allowed: a number, 10 <= tons_per_car",
-        ":5: cars_derailed = '9': out of range", ":6: 3 fields; allowed: 10, as columns"}) {
+        ":5: cars_derailed = '9': out of range", ":6: 3 fields; allowed: 10, one for each column"}) {
     EXPECT_NE(said.find("\n  " + file + line), std::string::npos) << line << " in " << said;
   }
   const validation::AccidentTable t = validation::read_accidents(write("table.csv", text).string(), true);
@@ -323,8 +323,8 @@ TEST_F(Validate, ReadsReportsAsPublished) {
   EXPECT_EQ(t.notes[0].line, 4u);
   ASSERT_EQ(t.left_out.size(), 5u);
   EXPECT_EQ(t.left_out[0].line, 3u);
-  EXPECT_EQ(t.left_out[0].text, "another report of the accident of line 2");
-  EXPECT_EQ(t.left_out[1].text, "another report of the accident of line 4");
+  EXPECT_EQ(t.left_out[0].text, "a second report of the accident in line 2");
+  EXPECT_EQ(t.left_out[1].text, "a second report of the accident in line 4");
   EXPECT_EQ(t.left_out[2].text, "TYPE = '07': not a derailment; allowed: 01");
   EXPECT_NE(t.left_out[3].text.find("TRNSPD = '000'"), std::string::npos);
   EXPECT_NE(t.left_out[3].text.find("TONS = '0'"), std::string::npos);
@@ -568,7 +568,7 @@ TEST_F(Validate, TheCommandRefusesWhatIsWrong) {
   refused("table.csv --study nowhere.yaml", "nowhere.yaml");
   refused("table.csv", "--study is required");
   refused("table.csv --study study.yaml --min-speed 10kg", "--min-speed = '10kg'");
-  refused("table.csv --study study.yaml --min-tail 500", "no row is left");
+  refused("table.csv --study study.yaml --min-tail 500", "no row fulfils");
   refused("table.csv --study study.yaml --set rails.stiffness=-1", "rails.stiffness");
   EXPECT_FALSE(fs::exists(folder_ / "table.validated"));
   ASSERT_EQ(derail("validate table.csv --study study.yaml --out results --quiet").code, 0);
@@ -626,7 +626,8 @@ TEST_F(Validate, WhatWasChangedInTheJournalIsComputedAnew) {
   std::ofstream(folder_ / "bad/journal.csv", std::ios::binary) << text;
   const test::Result r = derail("validate table.csv --study study.yaml --out bad --resume --quiet");
   EXPECT_EQ(r.code, 0) << r.out;
-  EXPECT_NE(r.out.find("journal.csv:3: the checksum does not fit the line; computed anew"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("journal.csv:3: the checksum does not fit the line; computed again"), std::string::npos)
+      << r.out;
   for (const char* name : {"rows.csv", "members.csv", "validation.json"})
     EXPECT_EQ(test::text_of(folder_ / "bad" / name), test::text_of(folder_ / "whole" / name)) << name;
   EXPECT_EQ(test::text_of(folder_ / "whole/members.csv")

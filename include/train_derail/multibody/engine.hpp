@@ -30,8 +30,8 @@ enum class Fault {
   yaw_inertia,         ///< yaw inertia is 20 % too large
 };
 
-/// Options of the engine.
-struct Options {
+/// EngineOptions of the engine.
+struct EngineOptions {
   double accuracy = 0.0;  ///< Simbody's accuracy of a step, root mean square over the train; 0: solver.rtol
   bool rods = false;      ///< couplers are rigid rods (constraints) instead of springs; slack and stiffness are unused
   Fault fault = Fault::none;  ///< for tests
@@ -56,7 +56,7 @@ class Engine {
  public:
   /// Starts a run. Throws inputs::InputError if the scenario is not valid, std::runtime_error if this build has no
   /// engine.
-  explicit Engine(const inputs::Scenario& scenario, const Options& options = {});
+  explicit Engine(const inputs::Scenario& scenario, const EngineOptions& options = {});
   ~Engine();
   Engine(Engine&&) noexcept;
   Engine& operator=(Engine&&) noexcept;

@@ -32,7 +32,7 @@ inline std::string_view to_string(Ended ended) { return kEndedNames[static_cast<
 /// pass through each other; then a pair of cars counts once until their footprints have parted again.
 struct Closing {
   double speed = 0.0;         ///< closing speed: magnitude of the relative velocity [m/s]
-  double normal_speed = 0.0;  ///< closing speed normal: the component that closes the gap [m/s]
+  double speed_normal = 0.0;  ///< closing speed normal: the component that closes the gap [m/s]
   int car_a = 0, car_b = 0;   ///< the two cars, car_a < car_b
   double time = 0.0;          ///< simulated time [s]
   double x = 0.0, y = 0.0;    ///< point of the touch, world frame [m]
