@@ -1,4 +1,5 @@
-// Independent runs on all cores, dealt out one by one.
+/// \file
+/// Computes independent runs on all cores.
 #pragma once
 
 #include <sched.h>
@@ -14,7 +15,7 @@
 
 namespace train_derail {
 
-/// Cores that this process may use.
+/// Returns the number of cores that this process may use.
 inline int cores() {
   cpu_set_t set;
   return sched_getaffinity(0, sizeof set, &set) == 0
@@ -22,11 +23,12 @@ inline int cores() {
              : static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
 }
 
-/// Most threads that are of any use; what is asked for beyond is not started.
+/// Returns the largest useful number of threads; more are not started.
 inline int jobs_max() { return 4 * cores(); }
 
-/// Calls each(i) for every i below `count`, on `jobs` threads (0: one a core), this one among them. Where the system
-/// gives no more threads, those that are there do it. An exception of each() ends all and is thrown here.
+/// Calls each(i) for every i below `count`, on `jobs` threads (0: one for each core); the calling thread is one of
+/// them. If the system does not start as many threads, fewer do the work. If each() throws, all threads stop and the
+/// exception is thrown here.
 template <class Each>
 void for_each_run(std::size_t count, int jobs, const Each& each) {
   const int wanted = std::min(jobs > 0 ? jobs : cores(), jobs_max());
@@ -49,7 +51,7 @@ void for_each_run(std::size_t count, int jobs, const Each& each) {
   others.reserve(threads);
   try {
     for (std::size_t k = 1; k < threads; ++k) others.emplace_back(work);
-  } catch (const std::system_error&) {  // a limit of the system: fewer then
+  } catch (const std::system_error&) {  // the system allows no more threads: go on with fewer
   }
   work();
   for (std::thread& thread : others) thread.join();

@@ -1,4 +1,5 @@
-// Command line of the simulator: the same core as the node, without ROS.
+/// \file
+/// The command line program. It uses the same library as the node, without ROS.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -53,7 +54,8 @@ inputs::Scenario read(const RunArguments& a) {
   return scenario;
 }
 
-/// How far the train has come to rest; the only measure of progress that needs no guess of the stopping time.
+/// Returns how far the run has got, in [0, 1]: the share of speed that is lost, or of stop.time_max that is over. The
+/// time of stopping is not known before.
 double progress_of(const simulation::Simulation& s) {
   const double v0 = s.scenario().initial.speed;
   double v = 0.0;
@@ -63,7 +65,8 @@ double progress_of(const simulation::Simulation& s) {
   return std::min(std::max(by_speed, s.time() / s.scenario().stop.time_max), 1.0);
 }
 
-/// What `derail run` writes. Opened before the computing: an unwritable path is said then, not after it.
+/// The files that `derail run` writes. They are opened before the computing, so that a path that cannot be written is
+/// reported at once.
 class Outputs {
  public:
   explicit Outputs(const RunArguments& a) : existing_(apps::existing(a.force)) {
@@ -82,14 +85,14 @@ class Outputs {
     open(a.json, json_);
   }
 
-  /// At time 0.
+  /// Must be called when the simulation is at time 0.
   void start(const RunArguments& a, const simulation::Simulation& s) {
     if (a.bag) bag_ = apps::open_bag(*a.bag, existing_, s);
     if (!csv_) return;
     simulation::write_csv_header(csv_->stream());
     simulation::write_csv_rows(csv_->stream(), s.snapshot());
   }
-  /// Whether anything wants to be told of the output grid.
+  /// Whether a file needs the states on the output grid.
   bool follows() const { return csv_ || bag_; }
   void grid_point(const simulation::Simulation& s) {
     if (csv_) {
@@ -111,7 +114,7 @@ class Outputs {
     if (bag_) written.push_back(bag_->close(s, outcome));
     return written;
   }
-  /// Nothing else may be printed then.
+  /// Whether a file goes to standard output; nothing else may be printed then.
   bool on_standard_output() const {
     return std::any_of(paths_.begin(), paths_.end(),
                        [](const std::string& path) { return files::same_file(path, "-"); });
@@ -143,13 +146,14 @@ int run(const RunArguments& a) {
   if (a.jobs > 0)
     throw inputs::InputError("command line", "--jobs", std::to_string(a.jobs), "one run is computed by one thread",
                              "with --seeds");
-  apps::stop_on_signals();  // before there is anything that could be left half
+  apps::stop_on_signals();  // before there are files that could remain incomplete
   Outputs outputs(a);
   simulation::Simulation simulation(scenario);
   outputs.start(a, simulation);
   {
     apps::ProgressLine progress(!a.quiet);
-    if (!progress.shown() && !outputs.follows()) simulation.run(&apps::stop);  // nobody looks on
+    if (!progress.shown() && !outputs.follows())
+      simulation.run(&apps::stop);  // without stops at the output grid, since nobody needs them
     for (std::int64_t tick = 1; !simulation.ended() && !apps::stop; ++tick) {
       const double before = simulation.time();
       simulation.advance(static_cast<double>(tick) * scenario.output.interval, &apps::stop);
@@ -183,7 +187,7 @@ int run(const RunArguments& a) {
   return kOk;
 }
 
-/// docs/outcomes.md.
+/// Returns the page docs/outcomes.md.
 std::string describe_fields() {
   return "# What comes out\n\n"
          "Written by `derail fields`. A thing has the same name everywhere: JSON, CSV, studies, topics, panel, "
@@ -201,7 +205,7 @@ std::string describe_fields() {
          fields::reference(simulation::coupler_fields());
 }
 
-/// Of CLI11's errors: what is wrong, and where help is.
+/// Returns an error of CLI11 on one line, with the command that prints help.
 std::string one_line(const CLI::App* app, const CLI::Error& error) {
   std::string what = error.what();
   while (const CLI::App* chosen = app->get_subcommands().empty() ? nullptr : app->get_subcommands().front())
@@ -302,11 +306,13 @@ int command_line(int argc, char** argv) {
   }
 }
 
-/// A standard stream that is closed would lend its number to the next file that is opened: tables would go into
-/// results.
+/// Opens /dev/null for each standard stream that is closed. Otherwise the next file to be opened would get its number,
+/// and printed tables would be written into it.
 void occupy_standard_streams() {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    const int useless = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;  // errors stay errors
+    const int useless = fd == STDIN_FILENO
+                            ? O_WRONLY
+                            : O_RDONLY;  // opened the wrong way round, so that reading or writing is still an error
     if (fcntl(fd, F_GETFD) < 0) static_cast<void>(open("/dev/null", useless));
   }
 }

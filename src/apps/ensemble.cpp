@@ -25,7 +25,7 @@ constexpr int kIntegrationFailed = 3;
 int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   const study::Study study = study::ensemble_of(scenario, a.seeds);
   for (const std::string& warning : study::check(study)) std::cerr << "derail: warning: " << warning << "\n";
-  // Opened first: an unwritable path is said before the computing.
+  // Opened before the computing, so that a path that cannot be written is reported at once.
   std::vector<NamedPath> outputs;
   if (a.csv) outputs.push_back({"--csv", *a.csv});
   if (a.json) outputs.push_back({"--json", *a.json});

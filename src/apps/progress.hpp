@@ -1,4 +1,5 @@
-// A progress line with ETA on a terminal, silence elsewhere.
+/// \file
+/// A line that shows the progress, if standard error is a terminal.
 #pragma once
 
 #include <chrono>
@@ -18,7 +19,7 @@ class ProgressLine {
 
   bool shown() const { return shown_; }
 
-  /// `done` in [0, 1]; at most ten lines a second are drawn.
+  /// Draws the line anew, at most ten times a second. `done` is in [0, 1].
   void update(double done, const std::string& what) {
     if (!shown_) return;
     const auto now = Clock::now();

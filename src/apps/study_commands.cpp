@@ -30,7 +30,7 @@ struct StudyArguments {
   std::string file, folder, shard, engine;
   std::optional<std::string> out;
   std::vector<std::string> folders, set;
-  int jobs = 0, replicates = 0;  // replicates 0: as the study says
+  int jobs = 0, replicates = 0;  // replicates 0: as in the study file
   bool resume = false, force = false, quiet = false;
 };
 
@@ -48,7 +48,7 @@ study::Shard parse_shard(const std::string& text) {
 
 std::string folder_of(const StudyArguments& a) { return a.out.value_or(fs::path(a.file).stem().string() + ".results"); }
 
-/// Of a study, finished or not.
+/// Throws inputs::InputError unless the path is a folder with results of a study, complete or not.
 void expect_results(const std::string& folder) {
   expect(files::FileKind::study_results, folder);
   if (fs::is_directory(folder)) return;
@@ -150,7 +150,7 @@ int report(const StudyArguments& a) {
   }
   require_apart(inputs, {{"--out", path}});
   const std::string page = study::to_html(a.folder);
-  // The page of the same results made anew; a file of somebody else's is not replaced.
+  // An older report may be replaced; any other file only with --force.
   const bool own = a.force || files::recognise(path).what == files::kReport;
   files::write_file(path, page, existing(own));
   if (!a.quiet && !files::same_file(path, "-")) std::cout << path << "\n";

@@ -31,7 +31,7 @@ struct ValidateArguments {
   std::optional<std::string> out;
   std::vector<std::string> set;
   std::optional<double> spread;
-  int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as the study says
+  int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as in the study file
   bool seeds_only = false, skip_invalid = false, resume = false, quiet = false;
 };
 
@@ -84,7 +84,8 @@ int validate(const ValidateArguments& a) {
   validation::AccidentTable table = read_table(a);
   const study::Study study = read_study(a);
   validation::check_scenarios(study, table, a.skip_invalid);
-  if (!study.fitted_on.empty()) validation::read_fitted_class(study.fitted_on);  // said before the computing
+  if (!study.fitted_on.empty())
+    validation::read_fitted_class(study.fitted_on);  // so that a mistake is reported before the computing
   say_left_out(table);
   const std::string folder = a.out.value_or(fs::path(a.table).stem().string() + ".validated");
   stop_on_signals();
@@ -108,7 +109,7 @@ int validate(const ValidateArguments& a) {
   }
   const validation::Validation v = validation::evaluate(study, table, ensembles);
   const auto write = [&](const char* name,
-                         const std::string& text) {  // the folder has been claimed: what is there is ours
+                         const std::string& text) {  // the folder belongs to this validation: its files may be replaced
     files::write_file((fs::path(folder) / name).string(), text, files::Existing::replace);
   };
   write("rows.csv", validation::rows_csv(v));

@@ -1,4 +1,5 @@
-// What shows that bytes are no longer those that were written.
+/// \file
+/// Checksums, which show whether data were changed after they were written.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace train_derail::study {
 
-/// CRC-64/XZ.
+/// Returns the CRC-64/XZ of `a` followed by `b`.
 inline std::uint64_t crc64(std::string_view a, std::string_view b = {}) {
   boost::crc_optimal<64, 0x42F0E1EBA9EA3693ULL, 0xFFFFFFFFFFFFFFFFULL, 0xFFFFFFFFFFFFFFFFULL, true, true> crc;
   crc.process_bytes(a.data(), a.size());
@@ -19,12 +20,13 @@ inline std::uint64_t crc64(std::string_view a, std::string_view b = {}) {
   return crc.checksum();
 }
 
-/// As 16 hexadecimal digits.
+/// Returns the same as 16 hexadecimal digits.
 inline std::string crc64_text(std::string_view a, std::string_view b = {}) {
   return fmt::format("{:016x}", crc64(a, b));
 }
 
-/// CRC-32 of a file, as of zlib (scripts check it too), as 8 hexadecimal digits; "" if it cannot be read.
+/// Returns the CRC-32 of a file, the one of zlib, as 8 hexadecimal digits; "" if the file cannot be read. Scripts check
+/// it too.
 inline std::string crc32_of_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return "";

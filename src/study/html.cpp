@@ -38,7 +38,7 @@ img { max-width: 100%; height: auto; }
 tr { break-inside: avoid; } thead { display: table-header-group; } @page { margin: 18mm; } }
 )";
 
-/// Length of the UTF-8 character at `i`, 0 if there is none.
+/// Length in bytes of the UTF-8 character at `i`; 0 if none begins there.
 std::size_t character(const std::string& text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return k < text.size() ? static_cast<unsigned char>(text[k]) : 0u; };
   const unsigned lead = byte(i);
@@ -59,7 +59,7 @@ std::string read(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The five entities that XML knows.
+/// Replaces the five entities that XML knows by their characters.
 std::string unescape(const std::string& text) {
   constexpr std::pair<std::string_view, char> kEntities[]{
       {"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}, {"&amp;", '&'}};

@@ -25,7 +25,7 @@ constexpr int kFormat = 2;
   throw inputs::InputError(where, "", "", problem, allowed);
 }
 
-/// What is wrong with a line of a journal; "" if nothing, `row` is then what it says.
+/// Returns what is wrong with a line of a journal; "" if nothing is, then `row` holds its content.
 std::string flaw_of(std::string_view line, const JournalFormat& format, const std::string& fingerprint,
                     JournalRow& row) {
   const std::size_t comma = line.rfind(',');
@@ -45,7 +45,8 @@ std::string flaw_of(std::string_view line, const JournalFormat& format, const st
   return problem;
 }
 
-/// Reads lines up to a bound; longer ones are cut.
+/// Reads the next line; false at the end of the file. Lines longer than kRowMax are cut. `torn`: the file ends within a
+/// line.
 bool next_line(std::filebuf& file, std::string& line, std::uintmax_t& offset, bool& torn) {
   line.clear();
   for (int c = file.sbumpc(); c != std::char_traits<char>::eof(); c = file.sbumpc()) {

@@ -1,4 +1,5 @@
-// What is put together from journals: the table of runs, and one folder from several.
+/// \file
+/// Makes the table of runs from journals, and one results folder from several.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -33,7 +34,7 @@ std::string runs_text(const std::vector<std::int64_t>& runs) {
   return text;
 }
 
-/// Which runs, and which shards, are not there.
+/// Returns which runs and which shards are missing.
 std::string missing_text(const std::vector<bool>& have, const std::vector<fs::path>& journals) {
   std::vector<std::int64_t> runs;
   for (std::size_t i = 0; i < have.size(); ++i) {
@@ -41,7 +42,7 @@ std::string missing_text(const std::vector<bool>& have, const std::vector<fs::pa
   }
   if (runs.empty()) return "";
   std::string text = fmt::format("{} of {} runs are missing: {}", runs.size(), have.size(), runs_text(runs));
-  std::map<int, std::set<int>> shards;  // count: those that have a journal
+  std::map<int, std::set<int>> shards;  // for each number of shards: those that have a journal
   for (const fs::path& path : journals) {
     const Shard s = shard_of(path);
     if (s.count > 1) shards[s.count].insert(s.index);
@@ -79,7 +80,7 @@ std::int64_t write_runs(const std::string& folder, const Study& study, const std
   }
   sort_out(rows, journals);
 
-  constexpr std::size_t kPlan = 4;  // run, point, replicate, seed stand before the inputs
+  constexpr std::size_t kPlan = 4;  // run, point, replicate and seed come before the inputs
   std::vector<std::string> fields = format.columns;
   const auto with_inputs = [&](const std::vector<std::string>& values) {
     fields.insert(fields.begin() + kPlan, values.begin(), values.end());
@@ -129,7 +130,7 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
   };
   for (const std::string& other : folders) read(other);
   std::vector<RowPlace> theirs = rows;
-  sort_out(theirs, journals);  // before anything is created
+  sort_out(theirs, journals);  // rows that differ are reported before anything is created
 
   claim_folder(folder, format.identity);
   const HeldLock lock(folder);

@@ -33,7 +33,7 @@ constexpr std::array<Names<Distribution>, 3> kDistributions{
 
 const inputs::Range kSpreads = inputs::between(0.01, 100.0);
 
-/// A factor and a study as they stand in the file, before units are known.
+/// A factor and a study as they are written in the file, before units are converted.
 struct FactorEntry {
   std::string key, label, low, high;
   std::vector<std::string> values, scale;
@@ -82,14 +82,14 @@ void describe_study(V& v, StudyEntry& s) {
 
 bool random(Plan plan) { return plan != Plan::one_at_a_time && plan != Plan::grid; }
 
-/// A text as YAML that is this text, whatever stands in it.
+/// Returns a text in YAML quotes, so that it is read as this text whatever it holds.
 std::string yaml_text(const std::string& text) {
   YAML::Emitter out;
   out << YAML::DoubleQuoted << text;
   return out.c_str();
 }
 
-/// `text` with its unit as the key's SI value: the scenario's own reader converts and checks it.
+/// Returns the value `text`, with its unit, in the SI unit of the key. The reader of scenarios converts and checks it.
 std::string si_text(const YAML::Node& tree, const inputs::KeyValue& now, const std::string& text,
                     const std::string& where) {
   const std::string& key = now.key;
@@ -102,10 +102,10 @@ std::string si_text(const YAML::Node& tree, const inputs::KeyValue& now, const s
   }
 }
 
-/// Of a KeyValue that is a number.
+/// Returns the value of a KeyValue that is a number.
 double number_of(const std::string& si) { return si == ".inf" ? inputs::kInfinity : files::number<double>(si).value(); }
 
-/// An SI number for people: "30 mph".
+/// Returns a number for people, in the unit that they read: "30 mph".
 std::string shown(const inputs::KeyValue& key, double si) {
   if (key.whole) return fmt::format("{}", si);
   if (key.shown_unit.empty()) return fmt::format("{:.6g}{}", si, key.unit == "1" ? "" : " " + key.unit);
@@ -170,7 +170,8 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
   return f;
 }
 
-/// A factor that the laws of the base scenario do not use, and no other factor's value makes them use.
+/// Throws InputError if a factor has no effect: if neither the laws of the base scenario nor those that another factor
+/// chooses use it.
 void refuse_idle(const Study& study, const Factor& f, const std::string& where) {
   inputs::Scenario base = study.base;
   base.initial.perturbation = study.perturbation;
@@ -180,14 +181,14 @@ void refuse_idle(const Study& study, const Factor& f, const std::string& where) 
     for (const std::string& value : other.values) {
       try {
         if (inputs::key_value(inputs::with_values(base, {{other.key, value}}), f.key).acts_with.empty()) return;
-      } catch (const InputError&) {  // no scenario, or one without the key
+      } catch (const InputError&) {  // not a valid scenario, or one without this key
       }
     }
   }
   throw InputError(where, f.key, "", "has no effect in this scenario", "with " + acts_with);
 }
 
-/// Everything ends in tables and JSON: what cannot stand there is said before anything is computed.
+/// All texts are written to tables and JSON. So a text that is not UTF-8 is refused before anything is computed.
 void require_utf8(const std::string& where, const std::string& key, const std::string& text) {
   if (!files::is_utf8(text)) throw InputError(where, key, "", "not UTF-8", "text in UTF-8");
 }
@@ -270,7 +271,7 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   study.seed = entry.seed;
   for (const inputs::KeyValue& v : inputs::key_values(study.base)) require_utf8(entry.scenario, v.key, v.value);
   const YAML::Node tree = YAML::Load(inputs::to_yaml(study.base));
-  study.base = inputs::read_scenario(tree, path);  // now with every default spelt out
+  study.base = inputs::read_scenario(tree, path);  // now with all defaults filled in
   for (std::size_t i = 0; i < entry.factors.size(); ++i) {
     study.factors.push_back(
         resolve(entry.factors[i], entry, study.base, tree, where(fmt::format("factors[{}].key", i))));
@@ -317,7 +318,7 @@ Study read_study_text(const std::string& text, const std::string& path) {
 }
 
 Study widened(Study study, double factor) {
-  if (factor == 1.0) return study;  // the same bits
+  if (factor == 1.0) return study;  // without any rounding
   for (Factor& f : study.factors) {
     if (f.distribution == Distribution::log_uniform) {
       const double middle = std::sqrt(f.low * f.high), half = std::pow(f.high / middle, factor);

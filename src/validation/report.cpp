@@ -22,7 +22,7 @@ std::string number(double value, const char* format) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
 }
 
-/// Empty where there is none.
+/// Returns a number as a field of a table; NaN is an empty field.
 std::string field(double value) { return std::isnan(value) ? "" : fmt::format("{}", value); }
 
 study::PredictiveRanks ranks_of(const Validation& v) {
@@ -56,7 +56,7 @@ std::string terms_of(FitKind kind) {
   return "";
 }
 
-/// Rows outside of the fitted class; null if that is not known.
+/// Returns the number of rows outside of the fitted class; null if the class is not known.
 ordered_json outside_count(const Validation& v) {
   if (!v.fitted.known()) return {};
   return std::count_if(v.outside.begin(), v.outside.end(), [](const std::string& o) { return !o.empty(); });
@@ -186,10 +186,12 @@ std::string rows_csv(const Validation& v) {
 
 namespace {
 
-constexpr std::size_t kBeforeInputs = 3;  // line, member, seed: without the run's number
+constexpr std::size_t kBeforeInputs = 3;  // line, member, seed; without the number of the run
 constexpr std::size_t kLine = 1, kMember = 2, kSeed = 3, kCars = 4, kLocomotives = 5,
-                      kQuantities = 6;                                            // places in a row of the journal
-std::size_t ended_place() { return kQuantities + outcome::quantities().size(); }  // then warnings, message
+                      kQuantities = 6;  // indices in a row of the journal
+std::size_t ended_place() {
+  return kQuantities + outcome::quantities().size();
+}  // index of `ended`; warnings and message follow
 
 std::vector<std::string> journal_columns() {
   std::vector<std::string> names{
@@ -214,7 +216,7 @@ study::JournalFormat journal_format(const study::Study& study, const AccidentTab
   for (const Accident& a : accidents.rows) {
     rows[static_cast<std::int64_t>(a.line)] = {a.n_cars, a.head_end_locos + a.mid_locos + a.rear_locos};
   }
-  study::Study plan;  // what run_of() needs
+  study::Study plan;  // run_of() needs only these two
   plan.seed = study.seed;
   plan.replicates = study.replicates;
   study::JournalFormat format{"validation", identity, journal_columns(), {}};
