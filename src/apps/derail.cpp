@@ -197,7 +197,8 @@ std::string describe_fields() {
          "`derail run --json`, `~outcome` (without `wall_time`), tables, journals of studies.\n\n" +
          fields::reference(outcome::outcome_fields()) +
          "\n## Cars over time\n\n"
-         "`derail run --csv`: a row a car and time, after `time_s` and `car`; units stand in the names of the columns\n"
+         "`derail run --csv`: one row for each car and time, after `time_s` and `car`; units are in the names of the "
+         "columns\n"
          "(`x_m`). `~cars` has place and orientation as `pose`, velocities as `twist`.\n\n" +
          fields::reference(simulation::car_fields()) +
          "\n## Couplers over time\n\n"
@@ -258,15 +259,16 @@ int command_line(int argc, char** argv) {
   apps::add_path(run_command, "--csv", a.csv,
                  "Write the states of cars and couplers on the output grid; - is standard output");
   apps::add_path(run_command, "--incidents", a.incidents,
-                 "Write what happened: trucks off the rails, broken couplers, impacts (CSV); - is standard output");
+                 "Write the incidents as CSV: trucks off the rails, broken couplers, impacts; - is standard output");
   apps::add_path(run_command, "--bag", a.bag, "Record what the node would publish; a folder: named by date");
   apps::add_force(run_command, a.force);
   run_command
       ->add_option("--seeds", a.seeds,
-                   "So many runs that differ by their seed (initial.perturbation): medians and ranges; "
-                   "--csv then writes a row a run")
+                   "Compute this many runs that differ by their seed (initial.perturbation): medians and ranges; "
+                   "--csv then writes one row for each run")
       ->check(CLI::Range(2, 100000));
-  run_command->add_option("--jobs", a.jobs, "Threads of --seeds; default: one a core")->check(CLI::Range(1, 4096));
+  run_command->add_option("--jobs", a.jobs, "Threads of --seeds; default: one for each core")
+      ->check(CLI::Range(1, 4096));
   run_command->add_flag("--quiet", a.quiet, "No progress and no table");
   CLI::App* check_command =
       app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");

@@ -166,7 +166,7 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
     add_path(sub, "FILE", a.file, "Study, YAML (examples: config/studies)")->required();
     sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
         ->allow_extra_args(false);
-    sub->add_option("--replicates", a.replicates, "Runs a point, instead of what the study says")
+    sub->add_option("--replicates", a.replicates, "Runs for each point, instead of the number in the study")
         ->check(CLI::Range(1, 1000000));
     add_path(sub, "--out", a.out, "Folder of the results; default: the file's name with .results");
     sub->add_option("--engine", a.engine, "What computes: the model, or the multibody engine that checks it (slow)")
@@ -174,9 +174,10 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
         ->check(CLI::IsMember({"purpose_built", "multibody"}));
     sub->add_flag("--quiet", a.quiet, "No progress and no table");
   };
-  CLI::App* study_command = app.add_subcommand("study", "Run a study: many scenarios, on all cores, one row a run");
+  CLI::App* study_command =
+      app.add_subcommand("study", "Run a study: many scenarios, on all cores, one row for each run");
   common(study_command);
-  study_command->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  study_command->add_option("--jobs", a.jobs, "Threads; default: one for each core")->check(CLI::Range(1, 4096));
   study_command->add_flag("--resume", a.resume, "Compute only what the folder lacks");
   study_command->add_option("--shard", a.shard, "Part i/N of the runs, for several machines; then derail merge");
   study_command->callback([&command, arguments] { command = [arguments] { return run(*arguments); }; });
@@ -188,7 +189,7 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   add_path(report_command, "DIR", a.folder, "Folder of the results")->required();
   add_path(report_command, "--out", a.out, "File of the page; default: report.html in DIR; - is standard output");
   add_force(report_command, a.force);
-  report_command->add_flag("--quiet", a.quiet, "Do not say where it is");
+  report_command->add_flag("--quiet", a.quiet, "Do not print the path of the page");
   report_command->callback([&command, arguments] { command = [arguments] { return report(*arguments); }; });
   merge_command->callback([&command, arguments] { command = [arguments] { return merge(*arguments); }; });
 }

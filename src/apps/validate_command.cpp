@@ -138,23 +138,24 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
   ValidateArguments& a = *arguments;
   CLI::App* sub = app.add_subcommand(
       "validate",
-      "Predict the cars derailed in real accidents, one ensemble a row, and score it against what happened");
+      "Predict the cars derailed in real accidents, one ensemble for each row, and score it against what happened");
   add_path(sub, "DATA", a.table, "Table of accidents, CSV (columns: docs/validation.md; example: config/accidents)")
       ->required();
   add_path(sub, "--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
   sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
       ->allow_extra_args(false);
-  sub->add_option("--members", a.members, "Runs a row, instead of what the study says")->check(CLI::Range(1, 100000));
+  sub->add_option("--members", a.members, "Runs for each row, instead of the number in the study")
+      ->check(CLI::Range(1, 100000));
   sub->add_option("--spread", a.spread,
-                  "Half-widths of the inputs' ranges times this, about their middles, instead of what the study says");
+                  "Factor on the half-width of every range, instead of the one in the study; the middles stay");
   sub->add_flag("--seeds-only", a.seeds_only, "Inputs stay at the base scenario's; members differ by their seed alone");
   sub->add_option("--min-speed", a.min_speed, "Only rows of this speed or more, as in \"10 mph\"");
   sub->add_option("--min-tail", a.min_tail,
-                  "Only rows with at least so many cars from the first derailed one to the rear")
+                  "Only rows with at least this many cars from the first derailed one to the rear")
       ->check(CLI::Range(1, 1000));
-  sub->add_option("--every", a.every, "Only every so manyth row of the table")->check(CLI::Range(1, 1000000));
+  sub->add_option("--every", a.every, "Only every N-th row of the table")->check(CLI::Range(1, 1000000));
   add_path(sub, "--out", a.out, "Folder of the results; default: the table's name with .validated");
-  sub->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  sub->add_option("--jobs", a.jobs, "Threads; default: one for each core")->check(CLI::Range(1, 4096));
   sub->add_flag("--skip-invalid", a.skip_invalid, "Leave out rows that cannot be used, and say which and why");
   sub->add_flag("--resume", a.resume, "Compute only what the folder lacks: after a kill or a stop");
   sub->add_flag("--quiet", a.quiet, "No progress and no table");

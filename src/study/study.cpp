@@ -62,22 +62,22 @@ void describe_study(V& v, StudyEntry& s) {
         w.value("key", f.key, "Key of the scenario.");
         w.text("label", f.label, "For pictures.");
         w.texts("values", f.values, "Values of the plans one_at_a_time and grid.");
-        w.texts("scale", f.scale, "The same as multiples of the base value.");
-        w.choice("distribution", f.distribution, kDistributions, "Of the random plans.");
-        w.value("low", f.low, "Lower end; of normal the 5 % point.");
-        w.value("high", f.high, "Upper end; of normal the 95 % point.");
+        w.texts("scale", f.scale, "Values as multiples of the base value.");
+        w.choice("distribution", f.distribution, kDistributions, "Distribution, for random plans.");
+        w.value("low", f.low, "Lower end of the range; of normal the 5 % point.");
+        w.value("high", f.high, "Upper end of the range; of normal the 95 % point.");
       },
       "Inputs that vary; [] for an ensemble of the scenario itself.", false);
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
   v.number("spread", s.spread, {"1", "", kSpreads},
-           "Of a random plan: half-widths of all ranges times this, about their middles.");
-  v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs a point.");
+           "Factor on the half-width of every range of a random plan; the middles stay.");
+  v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs for each point.");
   v.group(
       "perturbation", s.perturbation, [](auto& w, auto& p) { inputs::describe_perturbation_sizes(w, p); },
-      "Sizes; every run has a seed of its own.");
-  v.texts("outcomes", s.outcomes, "What is summarised and drawn.");
-  v.integer("seed", s.seed, inputs::between(0, 9007199254740992.0), false, "Of points and perturbations.");
+      "Sizes of the perturbation; every run has a seed of its own.");
+  v.texts("outcomes", s.outcomes, "Outcomes that are summarised and drawn.");
+  v.integer("seed", s.seed, inputs::between(0, 9007199254740992.0), false, "Seed of points and perturbations.");
 }
 
 bool random(Plan plan) { return plan != Plan::one_at_a_time && plan != Plan::grid; }
