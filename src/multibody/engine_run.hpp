@@ -1,11 +1,13 @@
-// What the module with Simbody offers. It is loaded when first asked for: everything else starts faster without it.
+/// \file
+/// Interface of the module with Simbody. The module is loaded when it is first needed; without it everything else
+/// starts faster.
 #pragma once
 
 #include "train_derail/multibody/engine.hpp"
 
 namespace train_derail::multibody {
 
-/// One run; see Engine.
+/// One run, see Engine.
 class EngineRun {
  public:
   virtual ~EngineRun() = default;
