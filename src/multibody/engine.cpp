@@ -232,8 +232,8 @@ inputs::Scenario checked(const inputs::Scenario& scenario) {
   return scenario;
 }
 
-struct SimbodyRun {
-  SimbodyRun(const inputs::Scenario& s, const EngineOptions& o)
+struct SimbodySystem {
+  SimbodySystem(const inputs::Scenario& s, const EngineOptions& o)
       : scenario(checked(s)),
         train(model::expand(scenario.consist)),
         matter(system),
@@ -466,7 +466,7 @@ class SimbodyRun final : public EngineRun {
   }
 
  private:
-  SimbodyRun run_;
+  SimbodySystem run_;
 };
 
 }  // namespace
