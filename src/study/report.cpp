@@ -169,7 +169,7 @@ std::string overview(const Results& r) {
   Facts facts{
       {"plan", field(r.study, "plan")},
       {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
-      {"runs a point", field(r.study, "replicates")},
+      {"runs for each point", field(r.study, "replicates")},
       {"perturbation of every run", fmt::format("spacing {} m, yaw rate {} (relative), kick {} m/s, alignment {} m",
                                                 digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")),
                                                 digits(perturbation.at("kick")), digits(perturbation.at("alignment")))},
