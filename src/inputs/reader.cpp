@@ -106,7 +106,7 @@ void apply(YAML::Node& root, const Override& o) {
 Override parse_override(std::string_view text) {
   const auto equals = text.find('=');
   if (equals == std::string_view::npos || equals == 0) {
-    throw InputError("override", "", std::string(text), "the = is missing",
+    throw InputError("override", "", std::string(text), "not of the form key=value",
                      "key=value, as in \"initial.speed=50 mph\"");
   }
   const auto trim = [](std::string_view s) {

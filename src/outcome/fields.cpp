@@ -204,8 +204,7 @@ void add_pile_up(Fields<Outcome>& f) {
       .in_studies();
   f.add(
        "main_pile_cars", kCars, "cars in the main pile",
-       "Cars of the largest group that are turned by more than 30 degrees with no more than 15 m of track between "
-       "them.",
+       "Largest group of cars turned by more than 30 degrees, with no more than 15 m of track between neighbours.",
        [](auto& o) -> auto& { return o.pile_up.main_cars; })
       .in_studies();
   f.add(

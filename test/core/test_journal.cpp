@@ -191,7 +191,7 @@ TEST_F(JournalTest, JournalsOfOthersAreRefused) {
       "run,point,replicate,seed,\"initial.speed\",cars_past_pod,ended,steps,rhs_evaluations,message,wall_time\n0,3,0,"
       "33,5,1,at_rest,7,5,\"\",0.01\n";
   std::ofstream(journal(), std::ios::binary) << old;
-  EXPECT_NE(refused().find("journal.csv:1: a journal of version 0.1, whose lines have no checksum"), std::string::npos)
+  EXPECT_NE(refused().find("journal.csv:1: a journal of version 0.1: its lines have no checksum"), std::string::npos)
       << refused();
   EXPECT_EQ(text_of(journal()), old) << "left as it is";
   std::ofstream(journal(), std::ios::binary) << "shopping list\nmilk\n";
@@ -216,7 +216,7 @@ TEST_F(JournalTest, TwoRowsOfARunThatDifferAreNamedBoth) {
     lines.push_back(sealed(line));
   });
   const std::string error = refusal([&] { run(s, "out", 1, true); });
-  EXPECT_NE(error.find("journal.csv:4: run 2 differs from that in " + journal().string() + ":32"), std::string::npos)
+  EXPECT_NE(error.find("journal.csv:4: run 2 differs from the one in " + journal().string() + ":32"), std::string::npos)
       << error;
 }
 

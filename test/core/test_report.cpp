@@ -243,9 +243,9 @@ TEST_F(ReportTest, WhatWasChangedIsNotBelieved) {
             std::string::npos);
   EXPECT_NE(with("about.json", replaced("\"crc32\"", "\"crc33\"")).find("an entry is missing"), std::string::npos);
   EXPECT_NE(
-      with("about.json", replaced("\"perturbation\": {", "\"perturbation\": 3, \"p\": {")).find("of a wrong kind"),
+      with("about.json", replaced("\"perturbation\": {", "\"perturbation\": 3, \"p\": {")).find("has a wrong type"),
       std::string::npos);
-  EXPECT_NE(with("about.json", [](std::string& text) { text = "[]"; }).find("of a wrong kind"), std::string::npos);
+  EXPECT_NE(with("about.json", [](std::string& text) { text = "[]"; }).find("has a wrong type"), std::string::npos);
   EXPECT_NE(
       with("about.json", [](std::string& text) { text = std::string(1000000, '['); }).find("nested more than 20 deep"),
       std::string::npos);

@@ -490,7 +490,7 @@ TEST_F(StudyTest, AnEnsembleByTheCommandLine) {
     EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
   };
   refused("run scenario.yaml --seeds 7", "the runs of a point cannot differ: there is no perturbation");
-  refused("run jitter.yaml --seeds 7 --bag x.bag", "--bag = 'x.bag': is of one run");
+  refused("run jitter.yaml --seeds 7 --bag x.bag", "--bag = 'x.bag': records one run");
   refused("run jitter.yaml --seeds 1", "--seeds");
   refused("run jitter.yaml --jobs 2", "--jobs = '2': one run is computed by one thread");
   const test::Result failing = derail("run jitter.yaml --seeds 3 --set solver.steps_max=20 --quiet");

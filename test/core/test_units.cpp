@@ -123,8 +123,8 @@ TEST(UnitsNotMeant, AMassIsNoWeight) {
             "wrong dimension: 'lb/ft' cannot be converted to 'N/m': a mass instead of a force (write lbf, kgf or N, "
             "not lb or kg)");
   EXPECT_EQ(refusal("5 lbf ft2", "kg m2"),
-            "wrong dimension: 'lbf ft2' cannot be converted to 'kg m2': a force in place of a mass (lb or kg for lbf, "
-            "kgf or N)");
+            "wrong dimension: 'lbf ft2' cannot be converted to 'kg m2': a force instead of a mass (write lb or kg, "
+            "not lbf, kgf or N)");
 }
 
 TEST(UnitsNotMeant, FeetAndInchesAreOneNumber) {

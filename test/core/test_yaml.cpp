@@ -85,7 +85,7 @@ TEST(Yaml, WrongMergeKeysAreRefused) {
   EXPECT_EQ(refusal("<<: [{}, 5]\n" + kTrain),
             "file:1: '<<': can merge only groups of keys; allowed: <<: *name or <<: [*one, *other]");
   EXPECT_EQ(refusal("<<: {}\n<<: {}\n" + kTrain), "file:2: '<<': key given twice; allowed: once: <<: [*one, *other]");
-  EXPECT_EQ(refusal("title: <<\n" + kTrain).substr(0, 80),
+  EXPECT_EQ(refusal("title: <<\n" + kTrain).substr(0, 85),
             "file:1: '<<': roslaunch (YAML 1.1) would read this as a merge key, not a value; allow");
   EXPECT_EQ(refusal("\"<<\": {}\n" + kTrain).substr(0, 31), "file:1: << = '{}': unknown key;")
       << "in quotes it is a name";
