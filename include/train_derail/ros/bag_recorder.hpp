@@ -1,7 +1,7 @@
 // A bag of what the node says, complete from the first message on because the one who speaks writes it.
 #pragma once
 
-#include <map>
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,25 +33,12 @@ class BagRecorder : public MessageSink {
   const std::string& error() const { return error_; }
   const std::string& path() const { return path_; }
 
-  void clock(const rosgraph_msgs::Clock& m) override;
-  void tf(const tf2_msgs::TFMessage& m) override;
-  void tf_static(const tf2_msgs::TFMessage& m) override;
-  void cars(const CarStates& m) override;
-  void couplers(const CouplerForces& m) override;
-  void markers(const visualization_msgs::MarkerArray& m) override;
-  void event(const Event& m) override;
-  void inputs(const Inputs& m) override;
-  void impacts(const Impacts& m) override;
-  void outcome(const Outcome& m) override;
-  void run_info(const RunInfo& m) override;
   bool wants_markers() const override { return true; }
 
  private:
   void begin(const std::string& name);
   void fail(const std::string& what);
-  template <class Message>
-  void write(const std::string& topic, const Message& message, const ::ros::Time& stamp, bool latch = true);
-
+  void receive(const AnyMessage& message) override;
   void unlock();
 
   const std::string path_, node_;
@@ -59,8 +46,8 @@ class BagRecorder : public MessageSink {
   int lock_ = -1;                     // descriptor of PATH.active, without a file_
   std::unique_ptr<rosbag::Bag> bag_;  // none once closed
   std::string error_;
-  ::ros::Time now_;                                                        // stamp of the last grid point
-  std::map<std::string, boost::shared_ptr<::ros::M_string>> connections_;  // one header object a topic
+  /// One header object a topic, in the order of Topics; made with the topic's first message.
+  std::array<boost::shared_ptr<::ros::M_string>, kTopicCount> connections_;
 };
 
 /// `bag`: a file, or a folder, in which a new file named by date and time of day is meant.

@@ -1,41 +1,45 @@
 // Where the messages of a run go: topics, a bag, or several of them.
 #pragma once
 
-#include <rosgraph_msgs/Clock.h>
-#include <tf2_msgs/TFMessage.h>
-#include <visualization_msgs/MarkerArray.h>
+#include <variant>
 
-#include "train_derail/CarStates.h"
-#include "train_derail/CouplerForces.h"
-#include "train_derail/Event.h"
-#include "train_derail/Impacts.h"
-#include "train_derail/Inputs.h"
-#include "train_derail/Outcome.h"
-#include "train_derail/RunInfo.h"
+#include "train_derail/ros/topics.hpp"
 
 namespace train_derail::ros_face {
 
-/// One function a topic, called in the order in which the messages belong. Stamps never go back.
+namespace detail {
+
+template <class Topics>
+struct AnyMessage;
+template <class... Topic>
+struct AnyMessage<std::tuple<Topic...>> {
+  using Type = std::variant<const typename Topic::Message*...>;
+};
+
+}  // namespace detail
+
+/// A message on its way to its topic. index() is the topic's number in Topics. Points to what the sender keeps.
+using AnyMessage = detail::AnyMessage<Topics>::Type;
+
+/// Takes the messages of a run in the order in which they belong. Stamps never go back.
 class MessageSink {
  public:
   virtual ~MessageSink() = default;
-  virtual void clock(const rosgraph_msgs::Clock& m) = 0;
-  virtual void tf(const tf2_msgs::TFMessage& m) = 0;
-  virtual void tf_static(const tf2_msgs::TFMessage& m) = 0;
-  virtual void cars(const CarStates& m) = 0;
-  virtual void couplers(const CouplerForces& m) = 0;
-  virtual void markers(const visualization_msgs::MarkerArray& m) = 0;
-  virtual void event(const Event& m) = 0;
-  virtual void inputs(const Inputs& m) = 0;
-  virtual void impacts(const Impacts& m) = 0;
-  virtual void outcome(const Outcome& m) = 0;
-  virtual void run_info(const RunInfo& m) = 0;
+
+  /// Sends `message` to `Topic`, one of Topics.
+  template <class Topic>
+  void send(const typename Topic::Message& message) {
+    receive(AnyMessage(std::in_place_index<topic_number<Topic>()>, &message));
+  }
 
   /// Time after the end of a run, and where everything stands: for those who listen, not for a record of the run.
   virtual void idle(const rosgraph_msgs::Clock&, const tf2_msgs::TFMessage&) {}
 
   /// Markers are costly: they are made only if some sink wants them.
   virtual bool wants_markers() const = 0;
+
+ protected:
+  virtual void receive(const AnyMessage& message) = 0;
 };
 
 }  // namespace train_derail::ros_face

@@ -56,9 +56,9 @@ class RunStream {
 
  private:
   std_msgs::Header header() const;
-  template <class Message>
-  void send(void (MessageSink::*topic)(const Message&), const Message& message) const {
-    for (MessageSink* sink : sinks_) (sink->*topic)(message);
+  template <class Topic>
+  void send(const typename Topic::Message& message) const {
+    for (MessageSink* sink : sinks_) sink->send<Topic>(message);
   }
   tf2_msgs::TFMessage moving_frames(const std_msgs::Header& header) const;
   void send_grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
