@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "train_derail/fields/units.hpp"
+#include "train_derail/model/incidents.hpp"
 #include "train_derail/outcome/quantities.hpp"
 
 namespace train_derail::outcome {
@@ -27,8 +28,9 @@ std::string at_touch(const Outcome& o) {
 std::string by_cause(const Outcome& o) {
   const DerailedBy& by = o.derailed_by;
   if (by.pod + by.lateral + by.torn_track == 0) return "";
-  return fmt::format("{} at the point of derailment, {} by lateral force, {} on torn track", by.pod, by.lateral,
-                     by.torn_track);
+  const auto text = [](model::Cause cause) { return model::kCauseTexts[static_cast<std::size_t>(cause)]; };
+  return fmt::format("{} {}, {} {}, {} {}", by.pod, text(model::Cause::pod), by.lateral, text(model::Cause::lateral),
+                     by.torn_track, text(model::Cause::torn_track));
 }
 
 bool has_impacts(const Outcome& o) { return o.impacts.count > 0; }
@@ -38,7 +40,7 @@ bool rails_yield(const Outcome& o) { return o.derailed_by.pod + o.derailed_by.la
 
 void add_counts(Fields<Outcome>& f) {
   f.add(
-      "cars", kCars, "cars", "In the train.", [](auto& o) -> auto& { return o.cars; });
+       "cars", kCars, "cars", "In the train.", [](auto& o) -> auto& { return o.cars; });
   f.add(
        "cars_past_pod", kCars, "cars past the point of derailment",
        "Their centre of mass has passed the point of derailment.", [](auto& o) -> auto& { return o.cars_past_pod; })
@@ -208,8 +210,8 @@ void add_pile_up(Fields<Outcome>& f) {
 
 void add_energy(Fields<Outcome>& f) {
   f.add(
-      "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy.",
-      [](auto& o) -> auto& { return o.energy_initial; });
+       "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy.",
+       [](auto& o) -> auto& { return o.energy_initial; });
   for (const model::EnergyTerm& t : model::kEnergyTerms) {
     f.add(
          t.name, kEnergy, t.title, t.meaning, [term = t.term](auto& o) -> auto& { return o.energy.*term; })

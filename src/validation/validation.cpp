@@ -105,11 +105,11 @@ std::int64_t members_a_row(const study::Study& study) {
   const bool sampled = study.plan == study::Plan::latin_hypercube;
   if (!sampled && !study.factors.empty()) {
     throw InputError("study", "plan", "", "every row needs a random sample of its own",
-                     "latin_hypercube");
+                     to_string(study::Plan::latin_hypercube));
   }
   if (study.engine != study::Engine::purpose_built)
-    throw InputError("study", "engine", "multibody", "knows no rails",
-                     "purpose_built");
+    throw InputError("study", "engine", to_string(study.engine), "knows no rails",
+                     to_string(study::Engine::purpose_built));
   for (const study::Factor& f : study.factors) {
     if (row_decides(f.key)) {
       throw InputError("study", "factors.key", f.key, "the rows of the table decide it", "any other key");

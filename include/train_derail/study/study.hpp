@@ -1,11 +1,13 @@
 // A study: a base scenario, the inputs that vary, how they are sampled, how often each point is repeated.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -35,6 +37,12 @@ enum class Distribution { uniform, log_uniform, normal };
 
 /// What computes the runs: the model, or the multibody engine that checks it.
 enum class Engine { purpose_built, multibody };
+
+/// Names of Engine in files and on the command line, by its value.
+inline constexpr std::array<std::string_view, 2> kEngineNames{"purpose_built", "multibody"};
+inline std::string to_string(Engine engine) { return std::string(kEngineNames[static_cast<std::size_t>(engine)]); }
+/// The name of a plan in files.
+std::string to_string(Plan plan);
 
 struct Factor {
   std::string key;                  // of the scenario

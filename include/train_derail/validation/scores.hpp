@@ -1,7 +1,9 @@
 // How well predicted counts of cars match real ones. NaN where a sample is too small to say.
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace train_derail::validation {
@@ -61,8 +63,21 @@ enum class FitKind {
   linear,         // count ~ 1, speed, tail, tons
   log_log,        // log count ~ 1, log speed, log tail, log tons
 };
-const char* to_string(FitKind kind);
 inline constexpr FitKind kFitKinds[]{FitKind::straight_line, FitKind::linear, FitKind::log_log};
+
+/// How a fit is called.
+struct FitText {
+  std::string_view name;   ///< in files
+  std::string_view title;  ///< in tables
+  std::string_view terms;  ///< its equation
+};
+/// By the value of FitKind.
+inline constexpr std::array<FitText, 3> kFitTexts{
+    {{"straight_line", "straight line in speed", "cars = c0 + c1 mph"},
+     {"linear", "linear in speed, tail, tons", "cars = c0 + c1 mph + c2 tail + c3 tons"},
+     {"log_log", "log-log in speed, tail, tons", "ln cars = c0 + c1 ln mph + c2 ln tail + c3 ln tons"}}};
+inline const FitText& text_of(FitKind kind) { return kFitTexts[static_cast<std::size_t>(kind)]; }
+inline std::string to_string(FitKind kind) { return std::string(text_of(kind).name); }
 
 /// The inputs of a fit, row by row: mph, cars from the first derailed one to the rear, short tons a car.
 struct FitInputs {
