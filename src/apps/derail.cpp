@@ -47,10 +47,7 @@ struct Arguments {
 
 inputs::Scenario read(const Arguments& a) {
   apps::expect(files::Kind::scenario, a.file);
-  const std::vector<inputs::Override> overrides = apps::overrides(a.set);
-  const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
-  apps::say_warnings(scenario, overrides);
-  return scenario;
+  return inputs::read_scenario_file(a.file, apps::overrides(a.set));
 }
 
 /// How far the train has come to rest; the only measure of progress that needs no guess of the stopping time.
@@ -130,9 +127,17 @@ class Outputs {
   std::vector<std::string> paths_;
 };
 
+int check(const Arguments& a) {
+  const inputs::Scenario scenario = read(a);
+  apps::say_warnings(scenario, apps::overrides(a.set));
+  std::cout << inputs::to_yaml(scenario);
+  return kOk;
+}
+
 int run(const Arguments& a) {
   const inputs::Scenario scenario = read(a);
   if (a.seeds > 0) {
+    apps::say_warnings(scenario, apps::overrides(a.set));
     for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents)}) {
       if (value)
         throw inputs::InputError("command line", option, *value, "is of one run; --seeds asks for many",
@@ -146,6 +151,10 @@ int run(const Arguments& a) {
   apps::stop_on_signals();  // before there is anything that could be left half
   Outputs outputs(a);
   simulation::Simulation simulation(scenario);
+  const bool table = !a.quiet && !outputs.on_standard_output();
+  // Those of the outcome stand at the end of the table, with the numbers that they are about.
+  apps::say_warnings(scenario, apps::overrides(a.set),
+                     table ? simulation.outcome().warnings : std::vector<std::string>());
   outputs.start(a, simulation);
   {
     apps::Progress progress(!a.quiet);
@@ -166,7 +175,7 @@ int run(const Arguments& a) {
         fmt::format("interrupted at {:.2f} s: numbers are those of the run so far", simulation.time()));
   }
   const std::vector<std::string> written = outputs.finish(simulation, outcome);
-  if (!a.quiet && !outputs.on_standard_output()) {
+  if (table) {
     std::cout << inputs::printable(scenario.title.empty() ? a.file : scenario.title) << "\n"
               << outcome::to_table(outcome);
   }
@@ -285,7 +294,7 @@ int command_line(int argc, char** argv) {
 
   try {
     if (*run_command) return run(a);
-    if (*check_command) std::cout << inputs::to_yaml(read(a));
+    if (*check_command) return check(a);
     if (further_command) return further_command();
     if (*keys_command) std::cout << inputs::describe_keys();
     if (*fields_command) std::cout << describe_fields();
