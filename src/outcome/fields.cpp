@@ -40,22 +40,26 @@ bool rails_yield(const Outcome& o) { return o.derailed_by.pod + o.derailed_by.la
 
 void add_counts(Fields<Outcome>& f) {
   f.add(
-       "cars", kCars, "cars", "In the train.", [](auto& o) -> auto& { return o.cars; });
+       "cars", kCars, "cars", "In the train.", [](auto& o) -> auto& { return o.cars; })
+      .as_headline();
   f.add(
        "cars_past_pod", kCars, "cars past the point of derailment",
        "Their centre of mass has passed the point of derailment.", [](auto& o) -> auto& { return o.cars_past_pod; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "cars_off_track", kCars, "cars off the track",
        "A truck centre has been sideways by more than outcome.off_track_threshold.",
        [](auto& o) -> auto& { return o.cars_off_track; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "cars_derailed", kCars, "cars derailed", "A truck off the rails; where rails never yield: cars_past_pod.",
        [](auto& o) -> auto& { return o.cars_derailed; })
       .noting(by_cause)
       .shown_when(rails_yield)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
       "derailed_by_pod", kCars, "", "Of cars_derailed, first truck off at the point of derailment; rails that yield.",
       [](auto& o) -> auto& { return o.derailed_by.pod; });
@@ -74,7 +78,8 @@ void add_closing(Fields<Outcome>& f) {
        "Fastest first touch of two cars' footprints: the relative speed of the two bodies there.",
        [](auto& o) -> auto& { return o.closing_speed_max.speed; })
       .noting(at_touch)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
       "closing_speed_normal", kSpeed, "", "The part of closing_speed_max that closes the gap.",
       [](auto& o) -> auto& { return o.closing_speed_max.normal_speed; });
@@ -128,7 +133,8 @@ void add_couplers(Fields<Outcome>& f) {
        "coupler_buff_peak", kForce, "peak buff force", "Largest compression of any coupler, a magnitude.",
        [](auto& o) -> auto& { return o.coupler_buff_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_buff_peak.coupler, o.coupler_buff_peak.time); })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
       "coupler_buff_peak_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.coupler_buff_peak.coupler; });
@@ -138,7 +144,8 @@ void add_couplers(Fields<Outcome>& f) {
        "coupler_draft_peak", kForce, "peak draft force", "Largest tension of any coupler, a magnitude.",
        [](auto& o) -> auto& { return o.coupler_draft_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_draft_peak.coupler, o.coupler_draft_peak.time); })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
       "coupler_draft_peak_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.coupler_draft_peak.coupler; });
@@ -148,22 +155,26 @@ void add_couplers(Fields<Outcome>& f) {
        "couplers_broken", kCouplers, "couplers broken", "By draft force, swing angle or moment.",
        [](auto& o) -> auto& { return o.couplers_broken; })
       .shown_when(has_broken)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "impacts", kImpacts, "impacts of car bodies", "At 1 mph and more; 0 where bodies pass through each other.",
        [](auto& o) -> auto& { return o.impacts.count; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "impact_speed_max", kSpeed, "largest normal closing speed of an impact", "The part that closes the gap.",
        [](auto& o) -> auto& { return o.impacts.closing_normal_max; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "impact_force_peak", kForce, "peak force of an impact", "Normal, a magnitude.",
        [](auto& o) -> auto& { return o.impacts.peak_force; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "impact_impulse_max", kImpulse, "largest impulse of an impact", "Of the normal force, a magnitude.",
        [](auto& o) -> auto& { return o.impacts.impulse_max; })
@@ -173,22 +184,26 @@ void add_couplers(Fields<Outcome>& f) {
        "Mean buff force on the foremost car on the rails behind the derailed ones, while their coupler holds.",
        [](auto& o) -> auto& { return o.blockage_force; })
       .shown_when(has_blockage)
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_pile_up(Fields<Outcome>& f) {
   f.add(
        "pile_up_length", kLength, "pile-up length", "Footprints of the cars derailed or off the track, along it.",
        [](auto& o) -> auto& { return o.pile_up.length; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "pile_up_width", kLength, "pile-up width", "The same, across the track.",
        [](auto& o) -> auto& { return o.pile_up.width; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "pile_up_area", kArea, "pile-up area", "Convex hull of the footprints.",
        [](auto& o) -> auto& { return o.pile_up.area; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "main_pile_cars", kCars, "cars in the main pile",
        "Cars turned by more than 30 degrees, no more than 15 m of track between them.",
@@ -201,17 +216,20 @@ void add_pile_up(Fields<Outcome>& f) {
   f.add(
        "cars_across", kCars, "cars at more than 60 degrees", "Of the pile-up, to the track.",
        [](auto& o) -> auto& { return o.pile_up.cars_across; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "groups", kGroups, "separate groups of derailed cars", "Of the pile-up, next to each other in the train.",
        [](auto& o) -> auto& { return o.pile_up.groups; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_energy(Fields<Outcome>& f) {
   f.add(
        "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy.",
-       [](auto& o) -> auto& { return o.energy_initial; });
+       [](auto& o) -> auto& { return o.energy_initial; })
+      .as_headline();
   for (const model::EnergyTerm& t : model::kEnergyTerms) {
     f.add(
          t.name, kEnergy, t.title, t.meaning, [term = t.term](auto& o) -> auto& { return o.energy.*term; })
@@ -221,7 +239,8 @@ void add_energy(Fields<Outcome>& f) {
        "energy_residual", kRatio, "energy unaccounted for",
        "|energies and works summed - energy_initial| / energy_initial, or / what a grade has given a train that stood.",
        [](auto& o) -> auto& { return o.energy_residual; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_run(Fields<Outcome>& f) {

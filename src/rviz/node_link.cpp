@@ -211,7 +211,6 @@ struct NodeLink::Core {
     TrainNow train;
     train.run_id = message->run_id;
     train.time = message->time;
-    train.cars = static_cast<std::uint32_t>(message->cars.size());
     for (const CarState& car : message->cars) {
       train.past_pod += car.past_pod ? 1 : 0;
       train.off_track += car.off_track ? 1 : 0;
