@@ -1,4 +1,5 @@
-// Where the messages of a run go: topics, a bag, or several of them.
+/// \file
+/// Where the messages of a run go: to topics, into a bag, or both.
 #pragma once
 
 #include <variant>
@@ -18,10 +19,11 @@ struct AnyMessage<std::tuple<Topic...>> {
 
 }  // namespace detail
 
-/// A message on its way to its topic. index() is the topic's number in Topics. Points to what the sender keeps.
+/// A message on its way to its topic. index() is the number of the topic in Topics. It points to an object of the
+/// sender, which must outlive the call.
 using AnyMessage = detail::AnyMessage<Topics>::Type;
 
-/// Takes the messages of a run in the order in which they belong. Stamps never go back.
+/// Receives the messages of a run in their order. Stamps never go back.
 class MessageSink {
  public:
   virtual ~MessageSink() = default;
@@ -32,13 +34,15 @@ class MessageSink {
     receive(AnyMessage(std::in_place_index<topic_number<Topic>()>, &message));
   }
 
-  /// Time after the end of a run, and where everything stands: for those who listen, not for a record of the run.
+  /// Receives the time after the end of a run, and the frames where everything came to rest. This is for those who
+  /// listen; a record of the run ignores it.
   virtual void idle(const rosgraph_msgs::Clock&, const tf2_msgs::TFMessage&) {}
 
-  /// Markers are costly: they are made only if some sink wants them.
+  /// Returns whether markers are wanted. They are costly, and are made only if some sink wants them.
   virtual bool wants_markers() const = 0;
 
  protected:
+  /// Does what the sink does with a message.
   virtual void receive(const AnyMessage& message) = 0;
 };
 

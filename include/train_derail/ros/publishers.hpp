@@ -1,3 +1,5 @@
+/// \file
+/// The topics of the running node.
 #pragma once
 
 #include <array>
@@ -10,23 +12,24 @@
 
 namespace train_derail::ros_face {
 
-/// The topics of a run, one publisher object each for the whole life of the node: a latched one made anew would forget.
-/// Simulation thread only.
+/// Publishes the topics of a run. Each has one publisher object for the whole life of the node, as a latched one that
+/// is made anew would forget its message. For the simulation thread only.
 class Publishers : public MessageSink {
  public:
-  /// Advertises every topic but those that `parameters` switch off. `private_handle`: of the node, "~".
+  /// Advertises every topic except those that `parameters` switch off. `private_handle` is that of the node ("~").
   Publishers(::ros::NodeHandle& private_handle, const NodeParameters& parameters);
 
   void idle(const rosgraph_msgs::Clock& clock, const tf2_msgs::TFMessage& frames) override;
   bool wants_markers() const override;
 
-  /// Whether anybody listens to what the run yields.
+  /// Returns whether anybody listens to what the run yields; /clock and /tf_static do not count.
   bool has_subscribers() const;
 
  private:
   void receive(const AnyMessage& message) override;
 
-  std::array<::ros::Publisher, kTopicCount> publishers_;  ///< in the order of Topics; empty for what is switched off
+  std::array<::ros::Publisher, kTopicCount>
+      publishers_;  ///< in the order of Topics; an empty one for each topic that is off
 };
 
 }  // namespace train_derail::ros_face

@@ -1,4 +1,5 @@
-// The one list of the topics that carry a run. Node, bags, panel, tests and docs/topics.md walk it.
+/// \file
+/// The one list of the topics of a run. Node, bags, panel, tests and docs/topics.md walk it.
 #pragma once
 
 #include <array>
@@ -100,7 +101,7 @@ struct RunInfoTopic {
   static constexpr TopicFacts facts{"~run_info", 1, Latched::yes, "run id, state, rate, stamp of time 0"};
 };
 
-/// All of them.
+/// All topics of a run.
 using Topics = std::tuple<ClockTopic, TfTopic, TfStaticTopic, CarsTopic, CouplersTopic, MarkersTopic, EventsTopic,
                           InputsTopic, ImpactsTopic, OutcomeTopic, RunInfoTopic>;
 
@@ -112,7 +113,7 @@ void for_each_topic(const Use& use) {
   std::apply([&](auto... topic) { (use(topic), ...); }, Topics());
 }
 
-/// Place of a topic in Topics.
+/// Returns the place of a topic in Topics, which must have it.
 template <class Topic>
 constexpr std::size_t topic_number() {
   return std::apply(
@@ -124,13 +125,13 @@ constexpr std::size_t topic_number() {
       Topics());
 }
 
-/// The facts of the topic in that place of Topics.
+/// Returns the facts of the topic in place `number` of Topics.
 inline const TopicFacts& topic_facts(std::size_t number) {
   static constexpr auto all = std::apply([](auto... topic) { return std::array{decltype(topic)::facts...}; }, Topics());
   return all.at(number);
 }
 
-/// Full name of a topic of the node that is called `node`, e.g. "/train_derail/cars".
+/// Returns the full name of a topic of the node that is called `node`, e.g. "/train_derail/cars".
 inline std::string topic_name(const TopicFacts& topic, const std::string& node) {
   if (topic.name.front() != '~') return std::string(topic.name);
   return node + "/" + std::string(topic.name.substr(1));
