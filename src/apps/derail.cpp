@@ -48,10 +48,7 @@ struct RunArguments {
 
 inputs::Scenario read(const RunArguments& a) {
   apps::expect(files::FileKind::scenario, a.file);
-  const std::vector<inputs::Override> overrides = apps::overrides(a.set);
-  const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
-  apps::say_warnings(scenario, overrides);
-  return scenario;
+  return inputs::read_scenario_file(a.file, apps::overrides(a.set));
 }
 
 /// Returns how far the run has got, in [0, 1]: the share of speed that is lost, or of stop.time_max that is over. The
@@ -133,9 +130,17 @@ class Outputs {
   std::vector<std::string> paths_;
 };
 
+int check(const RunArguments& a) {
+  const inputs::Scenario scenario = read(a);
+  apps::say_warnings(scenario, apps::overrides(a.set));
+  std::cout << inputs::to_yaml(scenario);
+  return kOk;
+}
+
 int run(const RunArguments& a) {
   const inputs::Scenario scenario = read(a);
   if (a.seeds > 0) {
+    apps::say_warnings(scenario, apps::overrides(a.set));
     for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents)}) {
       if (value)
         throw inputs::InputError("command line", option, *value, "records one run, but --seeds asks for many",
@@ -149,6 +154,10 @@ int run(const RunArguments& a) {
   apps::stop_on_signals();  // before there are files that could remain incomplete
   Outputs outputs(a);
   simulation::Simulation simulation(scenario);
+  const bool table = !a.quiet && !outputs.on_standard_output();
+  // Those of the outcome stand at the end of the table, with the numbers that they are about.
+  apps::say_warnings(scenario, apps::overrides(a.set),
+                     table ? simulation.outcome().warnings : std::vector<std::string>());
   outputs.start(a, simulation);
   {
     apps::ProgressLine progress(!a.quiet);
@@ -170,7 +179,7 @@ int run(const RunArguments& a) {
         fmt::format("interrupted at {:.2f} s: numbers are those of the run so far", simulation.time()));
   }
   const std::vector<std::string> written = outputs.finish(simulation, outcome);
-  if (!a.quiet && !outputs.on_standard_output()) {
+  if (table) {
     std::cout << inputs::printable(scenario.title.empty() ? a.file : scenario.title) << "\n"
               << outcome::to_table(outcome);
   }
@@ -291,7 +300,7 @@ int command_line(int argc, char** argv) {
 
   try {
     if (*run_command) return run(a);
-    if (*check_command) std::cout << inputs::to_yaml(read(a));
+    if (*check_command) return check(a);
     if (further_command) return further_command();
     if (*keys_command) std::cout << inputs::describe_keys();
     if (*fields_command) std::cout << describe_fields();

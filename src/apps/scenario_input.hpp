@@ -2,6 +2,7 @@
 /// Shared by the commands that read a scenario.
 #pragma once
 
+#include <algorithm>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -18,10 +19,15 @@ inline std::vector<inputs::Override> overrides(const std::vector<std::string>& t
   return all;
 }
 
-/// Prints the warnings about a scenario and its changed inputs on standard error, one line each.
-inline void say_warnings(const inputs::Scenario& scenario, const std::vector<inputs::Override>& given) {
-  for (const inputs::Warning& w : inputs::warnings(scenario, given))
-    std::cerr << "derail: warning: " << inputs::to_string(w) << "\n";
+/// Prints the warnings about a scenario and its changed inputs on standard error, one line each, without those in
+/// `said_elsewhere`.
+inline void say_warnings(const inputs::Scenario& scenario, const std::vector<inputs::Override>& given,
+                         const std::vector<std::string>& said_elsewhere = {}) {
+  for (const inputs::Warning& w : inputs::warnings(scenario, given)) {
+    const std::string text = inputs::to_string(w);
+    if (std::find(said_elsewhere.begin(), said_elsewhere.end(), text) == said_elsewhere.end())
+      std::cerr << "derail: warning: " << text << "\n";
+  }
 }
 
 }  // namespace train_derail::apps

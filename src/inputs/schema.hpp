@@ -58,6 +58,13 @@ inline Quantity required(Quantity q) {
 template <class E>
 using Names = std::pair<std::string_view, E>;
 
+/// What a choice is called in files.
+template <class E, std::size_t N>
+std::string name_of(const std::array<Names<E>, N>& names, E value) {
+  const auto found = std::find_if(names.begin(), names.end(), [&](const Names<E>& n) { return n.second == value; });
+  return found == names.end() ? "" : std::string(found->first);
+}
+
 inline constexpr std::array<Names<OnTrackLaw>, 4> kOnTrackLaws{{{"isotropic", OnTrackLaw::isotropic},
                                                                 {"along_track", OnTrackLaw::along_track},
                                                                 {"guided", OnTrackLaw::guided},

@@ -12,18 +12,11 @@ namespace {
 
 constexpr double kSamplesMax = 1e7, kOutputsMax = 1e6, kTornBinsMax = 1e6;
 
-std::string method_name(Method method) {
-  for (const auto& [name, m] : kMethods) {
-    if (m == method) return std::string(name);
-  }
-  return "";
-}
-
 void check_parts(const Scenario& s) {
   const std::string part = first_part_beyond_the_paper(s);
   if (!part.empty() && s.solver.method != Method::semi_implicit) {
-    refuse("solver.method", method_name(s.solver.method), fmt::format("{} cannot be computed by this method", part),
-           "semi_implicit");
+    refuse("solver.method", name_of(kMethods, s.solver.method),
+           fmt::format("{} cannot be computed by this method", part), name_of(kMethods, Method::semi_implicit));
   }
   if (s.solver.method == Method::semi_implicit) {
     if (!s.solver.fixed_step) refuse("solver.fixed_step", "", "missing: semi_implicit needs a fixed step", "(0, 1] s");

@@ -146,6 +146,9 @@ std::string to_yaml(const Scenario& scenario) {
 std::string describe_keys() {
   std::string out;
   Lister lister(out, "");
+  lister.text("base", "",
+              {"A scenario file to start from, relative to this one: what this file leaves out is as it is "
+               "there. Not for --set."});
   const Scenario defaults;
   describe(lister, defaults);
   return out;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "train_derail/fields/units.hpp"
+#include "train_derail/model/incidents.hpp"
 #include "train_derail/outcome/quantities.hpp"
 
 namespace train_derail::outcome {
@@ -27,8 +28,9 @@ std::string at_touch(const Outcome& o) {
 std::string by_cause(const Outcome& o) {
   const DerailedBy& by = o.derailed_by;
   if (by.pod + by.lateral + by.torn_track == 0) return "";
-  return fmt::format("{} at the point of derailment, {} by lateral force, {} on torn track", by.pod, by.lateral,
-                     by.torn_track);
+  const auto text = [](model::Cause cause) { return model::kCauseTexts[static_cast<std::size_t>(cause)]; };
+  return fmt::format("{} {}, {} {}, {} {}", by.pod, text(model::Cause::pod), by.lateral, text(model::Cause::lateral),
+                     by.torn_track, text(model::Cause::torn_track));
 }
 
 bool has_impacts(const Outcome& o) { return o.impacts.count > 0; }
@@ -38,24 +40,28 @@ bool rails_yield(const Outcome& o) { return o.derailed_by.pod + o.derailed_by.la
 
 void add_counts(Fields<Outcome>& f) {
   f.add(
-      "cars", kCars, "cars", "Number of cars in the train.", [](auto& o) -> auto& { return o.cars; });
+       "cars", kCars, "cars", "Number of cars in the train.", [](auto& o) -> auto& { return o.cars; })
+      .as_headline();
   f.add(
        "cars_past_pod", kCars, "cars past the point of derailment",
        "Cars whose centre of mass has passed the point of derailment.",
        [](auto& o) -> auto& { return o.cars_past_pod; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "cars_off_track", kCars, "cars off the track",
        "Cars of which a truck centre has been farther from the centre line than outcome.off_track_threshold.",
        [](auto& o) -> auto& { return o.cars_off_track; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "cars_derailed", kCars, "cars derailed",
        "Cars with a truck off the rails; where rails never yield: cars_past_pod.",
        [](auto& o) -> auto& { return o.cars_derailed; })
       .noting(by_cause)
       .shown_when(rails_yield)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
       "derailed_by_pod", kCars, "",
       "Derailed cars whose first truck left the rails at the point of derailment; only for rails that yield.",
@@ -77,7 +83,8 @@ void add_closing(Fields<Outcome>& f) {
        "Largest relative speed of two bodies, at the point where their footprints begin to touch.",
        [](auto& o) -> auto& { return o.closing_speed_max.speed; })
       .noting(at_touch)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
       "closing_speed_normal", kSpeed, "", "The part of closing_speed_max that closes the gap between the two bodies.",
       [](auto& o) -> auto& { return o.closing_speed_max.speed_normal; });
@@ -135,7 +142,8 @@ void add_couplers(Fields<Outcome>& f) {
        "coupler_buff_peak", kForce, "peak buff force", "Largest compression of any coupler, a magnitude.",
        [](auto& o) -> auto& { return o.coupler_buff_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_buff_peak.coupler, o.coupler_buff_peak.time); })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
       "coupler_buff_peak_coupler", kCount, "", "Coupler of coupler_buff_peak, between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.coupler_buff_peak.coupler; });
@@ -146,7 +154,8 @@ void add_couplers(Fields<Outcome>& f) {
        "coupler_draft_peak", kForce, "peak draft force", "Largest tension of any coupler, a magnitude.",
        [](auto& o) -> auto& { return o.coupler_draft_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_draft_peak.coupler, o.coupler_draft_peak.time); })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
       "coupler_draft_peak_coupler", kCount, "", "Coupler of coupler_draft_peak, between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.coupler_draft_peak.coupler; });
@@ -157,23 +166,27 @@ void add_couplers(Fields<Outcome>& f) {
        "couplers_broken", kCouplers, "couplers broken", "Couplers that broke, by draft force, swing or moment.",
        [](auto& o) -> auto& { return o.couplers_broken; })
       .shown_when(has_broken)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "impacts", kImpacts, "impacts of car bodies",
        "Impacts with a closing speed normal of 1 mph or more; 0 where bodies pass through each other.",
        [](auto& o) -> auto& { return o.impacts.count; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "impact_speed_max", kSpeed, "largest closing speed normal of an impact",
        "Largest closing speed normal of an impact.", [](auto& o) -> auto& { return o.impacts.closing_normal_max; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "impact_force_peak", kForce, "peak force of an impact", "Largest normal force of an impact, a magnitude.",
        [](auto& o) -> auto& { return o.impacts.peak_force; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "impact_impulse_max", kImpulse, "largest impulse of an impact",
        "Largest impulse of the normal force of an impact, a magnitude.",
@@ -185,7 +198,8 @@ void add_couplers(Fields<Outcome>& f) {
        "holds.",
        [](auto& o) -> auto& { return o.blockage_force; })
       .shown_when(has_blockage)
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_pile_up(Fields<Outcome>& f) {
@@ -193,15 +207,18 @@ void add_pile_up(Fields<Outcome>& f) {
        "pile_up_length", kLength, "pile-up length",
        "Length along the track that the footprints of all cars derailed or off the track cover.",
        [](auto& o) -> auto& { return o.pile_up.length; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "pile_up_width", kLength, "pile-up width", "Their width across the track.",
        [](auto& o) -> auto& { return o.pile_up.width; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "pile_up_area", kArea, "pile-up area", "Area of the convex hull of these footprints.",
        [](auto& o) -> auto& { return o.pile_up.area; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "main_pile_cars", kCars, "cars in the main pile",
        "Largest group of cars turned by more than 30 degrees, with no more than 15 m of track between neighbours.",
@@ -215,18 +232,21 @@ void add_pile_up(Fields<Outcome>& f) {
        "cars_across", kCars, "cars at more than 60 degrees",
        "Cars of the pile-up at more than 60 degrees to the track.",
        [](auto& o) -> auto& { return o.pile_up.cars_across; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "groups", kGroups, "separate groups of derailed cars",
        "Groups of cars of the pile-up that are next to each other in the train.",
        [](auto& o) -> auto& { return o.pile_up.groups; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_energy(Fields<Outcome>& f) {
   f.add(
-      "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy at the start.",
-      [](auto& o) -> auto& { return o.energy_initial; });
+       "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy at the start.",
+       [](auto& o) -> auto& { return o.energy_initial; })
+      .as_headline();
   for (const model::EnergyTerm& t : model::kEnergyTerms) {
     f.add(
          t.name, kEnergy, t.title, t.meaning, [term = t.term](auto& o) -> auto& { return o.energy.*term; })
@@ -236,7 +256,8 @@ void add_energy(Fields<Outcome>& f) {
        "energy_residual", kRatio, "energy unaccounted for",
        "Size of (sum of energies and works - energy_initial) / energy_initial; for a train that stood: / work_grade.",
        [](auto& o) -> auto& { return o.energy_residual; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_run(Fields<Outcome>& f) {

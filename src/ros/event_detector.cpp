@@ -18,15 +18,7 @@ std::string force_text(double f) {
                      f >= 0.0 ? "buff" : "draft");
 }
 
-const char* cause_text(model::Cause cause) {
-  switch (cause) {
-    case model::Cause::none: break;
-    case model::Cause::pod: return "at the point of derailment";
-    case model::Cause::lateral: return "by lateral force";
-    case model::Cause::torn_track: return "on torn track";
-  }
-  return "";
-}
+std::string_view cause_text(model::Cause cause) { return model::kCauseTexts[static_cast<std::size_t>(cause)]; }
 
 std::string ended_text(const outcome::Outcome& outcome) {
   std::string text =

@@ -22,6 +22,7 @@
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/outcome/outcome.hpp"
 #include "train_derail/outcome/report.hpp"
+#include "train_derail/study/study.hpp"
 
 namespace train_derail::study {
 
@@ -79,8 +80,8 @@ struct Results {
   std::size_t failed = 0;
   std::vector<Row> failures;  // the first failed runs: number, inputs, reason
 
-  bool one_at_a_time() const { return study.at("plan") == "one_at_a_time"; }
-  bool by_point() const { return one_at_a_time() || study.at("plan") == "grid"; }
+  bool one_at_a_time() const { return study.at("plan") == to_string(Plan::one_at_a_time); }
+  bool by_point() const { return one_at_a_time() || study.at("plan") == to_string(Plan::grid); }
   std::string base(const Number& factor) const { return study.at("scenario").at(factor.name).get<std::string>(); }
 };
 
@@ -153,7 +154,7 @@ Results read_results(const std::string& folder) {
     for (const ordered_json& name : r.study.at("outcomes")) r.outcomes.push_back(number_of(r.about, name));
     read_runs(r);
     r.summary = read_table(checked(r, "summary.csv"));
-    if (r.study.at("plan") == "saltelli") r.sobol = read_table(checked(r, "sobol.csv"));
+    if (r.study.at("plan") == to_string(Plan::saltelli)) r.sobol = read_table(checked(r, "sobol.csv"));
   });
   return r;
 }

@@ -335,13 +335,13 @@ Study widened(Study study, double factor) {
   return study;
 }
 
+std::string to_string(Plan plan) { return inputs::name_of(kPlans, plan); }
+
 std::string to_json(const Study& s) {
   nlohmann::ordered_json j;
   j["title"] = s.title;
-  for (const auto& [name, plan] : kPlans) {
-    if (plan == s.plan) j["plan"] = name;
-  }
-  j["engine"] = s.engine == Engine::multibody ? "multibody" : "purpose_built";
+  j["plan"] = to_string(s.plan);
+  j["engine"] = to_string(s.engine);
   j["samples"] = s.samples;
   j["replicates"] = s.replicates;
   j["perturbation"] = {{"spacing", s.perturbation.spacing},
@@ -354,9 +354,7 @@ std::string to_json(const Study& s) {
   for (const Factor& f : s.factors) {
     nlohmann::ordered_json g{{"key", f.key}, {"label", f.label}, {"unit", f.unit}, {"shown_unit", f.shown_unit}};
     if (random(s.plan)) {
-      for (const auto& [name, distribution] : kDistributions) {
-        if (distribution == f.distribution) g["distribution"] = name;
-      }
+      g["distribution"] = inputs::name_of(kDistributions, f.distribution);
       g["low"] = f.low;
       g["high"] = f.high;
     } else {

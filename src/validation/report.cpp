@@ -41,19 +41,9 @@ std::string title(const Rated& r) {
   if (r.name == "simulation") return "simulation, median of the members";
   if (r.name == "mean") return "  their mean instead";
   if (r.name == "stretched") return "  its interval stretched to hold 90 %";
-  const char* what = r.name == to_string(FitKind::straight_line) ? "straight line in speed"
-                     : r.name == to_string(FitKind::linear)      ? "linear in speed, tail, tons"
-                                                                 : "log-log in speed, tail, tons";
-  return fmt::format("{}, {}", what, r.rows == "these" ? "in sample" : "left out");
-}
-
-std::string terms_of(FitKind kind) {
-  switch (kind) {
-    case FitKind::straight_line: return "cars = c0 + c1 mph";
-    case FitKind::linear: return "cars = c0 + c1 mph + c2 tail + c3 tons";
-    case FitKind::log_log: return "ln cars = c0 + c1 ln mph + c2 ln tail + c3 ln tons";
-  }
-  return "";
+  const auto fit = std::find_if(kFitTexts.begin(), kFitTexts.end(), [&](const FitText& t) { return t.name == r.name; });
+  return fmt::format("{}, {}", fit == kFitTexts.end() ? r.name : fit->title,
+                     r.rows == "these" ? "in sample" : "left out");
 }
 
 /// Returns the number of rows outside of the fitted class; null if the class is not known.
@@ -84,7 +74,8 @@ ordered_json to_json(const Group& g) {
   }
   j["speed_exponent"] = {{"real", g.exponent_real}, {"predicted", g.exponent_predicted}};
   for (const Fit& f : g.fits) {
-    j["fits"].push_back({{"name", to_string(f.kind)}, {"terms", terms_of(f.kind)}, {"coefficients", f.coefficients}});
+    j["fits"].push_back(
+        {{"name", to_string(f.kind)}, {"terms", text_of(f.kind).terms}, {"coefficients", f.coefficients}});
   }
   for (const SpeedBand& b : g.bands) {
     j["speeds"].push_back({{"from_mph", b.from},

@@ -161,15 +161,6 @@ double speed_exponent(const std::vector<double>& mph, const std::vector<double>&
   return xx > 1e-12 * n ? xy / xx : kNone;
 }
 
-const char* to_string(FitKind kind) {
-  switch (kind) {
-    case FitKind::straight_line: return "straight_line";
-    case FitKind::linear: return "linear";
-    case FitKind::log_log: return "log_log";
-  }
-  return "";
-}
-
 Fit fit(FitKind kind, const FitInputs& inputs, const std::vector<double>& real) {
   Fit f{kind, {}, std::vector<double>(real.size(), kNone), std::vector<double>(real.size(), kNone)};
   const Eigen::MatrixXd x = design(kind, inputs);

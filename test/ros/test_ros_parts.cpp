@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <set>
 #include <thread>
@@ -20,6 +21,7 @@
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/pile_up_follower.hpp"
 #include "train_derail/ros/sim_clock.hpp"
+#include "train_derail/ros/topics.hpp"
 #include "train_derail/simulation/fields.hpp"
 
 namespace train_derail::ros_face {
@@ -427,6 +429,30 @@ TEST(Messages, CarsAndCouplersSayWhatBecameOfThem) {
   const CouplerForces m = to_message(std::vector<simulation::CouplerSnapshot>{coupler(0.0), broken}, 0.0, {}, 1);
   EXPECT_FALSE(m.couplers.at(0).broken);
   EXPECT_TRUE(m.couplers.at(1).broken);
+}
+
+TEST(Topics, PageIsTheTable) {
+  std::string table = "| topic | type | latched | queue | meaning |\n|---|---|---|---|---|\n";
+  for_each_topic([&](auto topic) {
+    using Topic = decltype(topic);
+    table += fmt::format("| `{}` | {} | {} | {} | {} |\n", Topic::facts.name,
+                         ::ros::message_traits::datatype<typename Topic::Message>(),
+                         Topic::facts.latched == Latched::yes ? "yes" : "no", Topic::facts.queue, Topic::facts.meaning);
+  });
+  std::ifstream file(TRAIN_DERAIL_SOURCE_DIR "/docs/topics.md");
+  const std::string page(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(page.find("\n\n" + table + "\n"), std::string::npos) << "docs/topics.md is to hold:\n" << table;
+}
+
+TEST(Topics, NamesAreBelowTheNodeOrForAll) {
+  EXPECT_EQ(topic_name(CarsTopic::facts, "/yard/left"), "/yard/left/cars");
+  EXPECT_EQ(topic_name(TfTopic::facts, "/yard/left"), "/tf");
+  std::set<std::string_view> names;
+  for_each_topic([&](auto topic) {
+    const TopicFacts& facts = decltype(topic)::facts;
+    EXPECT_TRUE(names.insert(facts.name).second) << facts.name << " is there twice";
+    EXPECT_EQ(topic_facts(topic_number<decltype(topic)>()).name, facts.name);
+  });
 }
 
 TEST(PileUpFollower, GoesToTheMiddleOfTheDerailedCars) {

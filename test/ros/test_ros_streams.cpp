@@ -14,6 +14,7 @@
 #include "train_derail/Inputs.h"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/writer.hpp"
+#include "train_derail/ros/topics.hpp"
 
 namespace train_derail::test {
 namespace {
@@ -160,6 +161,28 @@ TEST_F(Streams, LateListenerFindsTheTreeOfARunThatStandsStill) {
   EXPECT_EQ(t.transform.translation.x, cars->last().cars[11].pose.position.x);
   Record<rosgraph_msgs::Clock> late("/clock");
   EXPECT_TRUE(wait_for([&] { return !late.empty() && late.last().clock >= cars->last().header.stamp; }));
+}
+
+TEST_F(Streams, TopicsAreThoseOfTheTable) {
+  ros::master::V_TopicInfo all;
+  ASSERT_TRUE(ros::master::getTopics(all));
+  std::map<std::string, std::string> types;
+  for (const ros::master::TopicInfo& info : all) types[info.name] = info.datatype;
+  ros_face::for_each_topic([&](auto topic) {
+    using Topic = decltype(topic);
+    const std::string name = ros_face::topic_name(Topic::facts, "/train_derail");
+    EXPECT_EQ(types[name], ros::message_traits::datatype<typename Topic::Message>()) << name;
+    types.erase(name);
+    if (Topic::facts.latched == ros_face::Latched::no) return;
+    Record<typename Topic::Message> late(name);
+    EXPECT_TRUE(wait_for([&] { return !late.empty(); })) << name << " is latched";
+  });
+  // What is left tells of nodes and studies, not of a run.
+  for (const auto& [name, type] : types) {
+    EXPECT_TRUE(name.rfind("/rosout", 0) == 0 || name == "/diagnostics" ||
+                name.rfind("/train_derail/run_study/", 0) == 0)
+        << name << " is not in the table";
+  }
 }
 
 TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {

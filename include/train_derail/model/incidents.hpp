@@ -19,6 +19,9 @@ enum class Cause {
 };
 
 inline constexpr std::array<std::string_view, 4> kCauseNames{"none", "pod", "lateral", "torn_track"};
+/// The same in a sentence: "derailed ...".
+inline constexpr std::array<std::string_view, 4> kCauseTexts{"", "at the point of derailment", "by lateral force",
+                                                             "on torn track"};
 inline std::string_view to_string(Cause cause) { return kCauseNames[static_cast<std::size_t>(cause)]; }
 
 struct Derailment {

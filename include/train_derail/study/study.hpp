@@ -2,11 +2,13 @@
 /// Studies: a base scenario, the inputs that vary, how their values are chosen, and how often each point is repeated.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -39,6 +41,13 @@ enum class Distribution { uniform, log_uniform, normal };
 
 /// What computes the runs: the purpose-built model, or the multibody engine that checks it.
 enum class Engine { purpose_built, multibody };
+
+/// Names of Engine in files and on the command line, by its value.
+inline constexpr std::array<std::string_view, 2> kEngineNames{"purpose_built", "multibody"};
+/// Returns the name of an engine.
+inline std::string to_string(Engine engine) { return std::string(kEngineNames[static_cast<std::size_t>(engine)]); }
+/// Returns the name of a plan in files.
+std::string to_string(Plan plan);
 
 /// An input that the study varies.
 struct Factor {

@@ -3,7 +3,9 @@
 /// it. Vectors have one element for each row, in the same order, if nothing else is said.
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace train_derail::validation {
@@ -72,10 +74,24 @@ enum class FitKind {
   linear,         ///< count = a + b speed + c tail + d tons
   log_log,        ///< log count = a + b log speed + c log tail + d log tons
 };
-/// Returns the name of a model.
-const char* to_string(FitKind kind);
 /// All models.
 inline constexpr FitKind kFitKinds[]{FitKind::straight_line, FitKind::linear, FitKind::log_log};
+
+/// The texts of a model.
+struct FitText {
+  std::string_view name;   ///< name in files
+  std::string_view title;  ///< name in tables
+  std::string_view terms;  ///< its equation
+};
+/// The texts of all models, by the value of FitKind.
+inline constexpr std::array<FitText, 3> kFitTexts{
+    {{"straight_line", "straight line in speed", "cars = c0 + c1 mph"},
+     {"linear", "linear in speed, tail, tons", "cars = c0 + c1 mph + c2 tail + c3 tons"},
+     {"log_log", "log-log in speed, tail, tons", "ln cars = c0 + c1 ln mph + c2 ln tail + c3 ln tons"}}};
+/// Returns the texts of a model.
+inline const FitText& text_of(FitKind kind) { return kFitTexts[static_cast<std::size_t>(kind)]; }
+/// Returns the name of a model in files.
+inline std::string to_string(FitKind kind) { return std::string(text_of(kind).name); }
 
 /// The inputs of a fit, one element for each row.
 struct FitInputs {
