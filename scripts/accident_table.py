@@ -2,7 +2,7 @@
 """Runs the accidents of config/accidents and writes the tables of docs/accidents.md and docs/accident_model.md.
 
   accident_table.py run            Markdown: every accident of docs/data/accidents.csv against an ensemble
-  accident_table.py study DIR ...  Markdown: medians of the studies in DIR (derail study), a row a point
+  accident_table.py study DIR ...  Markdown: medians of the studies in DIR (derail study), one row for each point
 
 --fill PAGE writes what the command prints between `<!-- begin: COMMAND ... -->` and `<!-- end -->` of a page of docs.
 Exit codes: 0 done, 1 a run failed, 2 something is wrong with a file.
@@ -105,7 +105,7 @@ def study(arguments):
                        if members[0][f['key']] != base[f['key']]]
             bands = (band([float(m[q]) / float(columns[q]['per_shown']) for m in members]) for q in about['outcomes'])
             lines.append(row(', '.join(changed) or 'nothing', *bands))
-        lines += ['', f'{about["title"]}: {about["replicates"]} runs a row.', '']
+        lines += ['', f'{about["title"]}: {about["replicates"]} runs for each row.', '']
     return '\n'.join(lines[:-1]) + '\n'
 
 

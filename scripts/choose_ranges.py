@@ -159,7 +159,7 @@ def main(arguments=None):
     parser.add_argument('--wanted', type=float, default=0.9, help='share that intervals are to hold')
     parser.add_argument('--min-speed', type=float, default=10.0, metavar='MPH', help='rows that the choice is made on')
     parser.add_argument('--derail', default='derail', help='the program')
-    parser.add_argument('--jobs', type=int, help='threads; default: one a core')
+    parser.add_argument('--jobs', type=int, help='threads; default: one for each core')
     a = parser.parse_args(arguments)
     try:
         candidates = [(study, spread) for study in a.study for spread in sorted(a.spread)]

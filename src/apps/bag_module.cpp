@@ -1,4 +1,5 @@
-// The module behind `derail run --bag`.
+/// \file
+/// The module that `derail run --bag` loads.
 #include <stdexcept>
 
 #include "bag_output.hpp"

@@ -1,4 +1,5 @@
-// Command line of the simulator: the same core as the node, without ROS.
+/// \file
+/// The command line program. It uses the same library as the node, without ROS.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -38,7 +39,7 @@ using namespace train_derail;
 
 constexpr int kOk = 0, kOutputFailed = 1, kInputWrong = 2, kIntegrationFailed = 3;
 
-struct Arguments {
+struct RunArguments {
   std::string file;
   std::optional<std::string> json, csv, incidents, bag, from, checkpoint, checkpoint_time;
   std::vector<std::string> set;
@@ -46,15 +47,13 @@ struct Arguments {
   bool force = false, quiet = false;
 };
 
-inputs::Scenario read(const Arguments& a) {
-  apps::expect(files::Kind::scenario, a.file);
-  const std::vector<inputs::Override> overrides = apps::overrides(a.set);
-  const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
-  apps::say_warnings(scenario, overrides);
-  return scenario;
+inputs::Scenario read(const RunArguments& a) {
+  apps::expect(files::FileKind::scenario, a.file);
+  return inputs::read_scenario_file(a.file, apps::overrides(a.set));
 }
 
-/// How far the train has come to rest; the only measure of progress that needs no guess of the stopping time.
+/// Returns how far the run has got, in [0, 1]: the share of speed that is lost, or of stop.time_max that is over. The
+/// time of stopping is not known before.
 double progress_of(const simulation::Simulation& s) {
   const double v0 = s.scenario().initial.speed;
   double v = 0.0;
@@ -65,7 +64,7 @@ double progress_of(const simulation::Simulation& s) {
 }
 
 /// When the run is to be saved: at --checkpoint-time [s]; left out: at its end.
-double checkpoint_time(const Arguments& a) {
+double checkpoint_time(const RunArguments& a) {
   if (!a.checkpoint_time) return inputs::kInfinity;
   const auto refuse = [&a](const std::string& problem) {
     throw inputs::InputError("command line", "--checkpoint-time", *a.checkpoint_time, problem,
@@ -82,10 +81,11 @@ double checkpoint_time(const Arguments& a) {
   return t;
 }
 
-/// What `derail run` writes. Opened before the computing: an unwritable path is said then, not after it.
+/// The files that `derail run` writes. They are opened before the computing, so that a path that cannot be written is
+/// reported at once.
 class Outputs {
  public:
-  explicit Outputs(const Arguments& a) : existing_(apps::existing(a.force)) {
+  explicit Outputs(const RunArguments& a) : existing_(apps::existing(a.force)) {
     std::vector<apps::NamedPath> paths;
     const auto add = [&paths](const char* option, const std::optional<std::string>& path) {
       if (path) paths.push_back({option, *path});
@@ -104,14 +104,14 @@ class Outputs {
     open(a.json, json_);
   }
 
-  /// Before the first step.
-  void start(const Arguments& a, const simulation::Simulation& s) {
+  /// Must be called before the first step.
+  void start(const RunArguments& a, const simulation::Simulation& s) {
     if (a.bag) bag_ = apps::open_bag(*a.bag, existing_, s);
     if (!csv_) return;
     simulation::write_csv_header(csv_->stream());
     simulation::write_csv_rows(csv_->stream(), s.snapshot());
   }
-  /// Whether anything wants to be told of the output grid.
+  /// Whether a file needs the states on the output grid.
   bool follows() const { return csv_ || bag_; }
   void grid_point(const simulation::Simulation& s) {
     if (csv_) {
@@ -133,7 +133,7 @@ class Outputs {
     if (bag_) written.push_back(bag_->close(s, outcome));
     return written;
   }
-  /// Nothing else may be printed then.
+  /// Whether a file goes to standard output; nothing else may be printed then.
   bool on_standard_output() const {
     return std::any_of(paths_.begin(), paths_.end(),
                        [](const std::string& path) { return files::same_file(path, "-"); });
@@ -152,13 +152,21 @@ class Outputs {
   std::vector<std::string> paths_;
 };
 
-int run(const Arguments& a) {
+int check(const RunArguments& a) {
+  const inputs::Scenario scenario = read(a);
+  apps::say_warnings(scenario, apps::overrides(a.set));
+  std::cout << inputs::to_yaml(scenario);
+  return kOk;
+}
+
+int run(const RunArguments& a) {
   const inputs::Scenario scenario = read(a);
   if (a.seeds > 0) {
+    apps::say_warnings(scenario, apps::overrides(a.set));
     for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents),
                                         std::pair("--from", a.from), std::pair("--checkpoint", a.checkpoint)}) {
       if (value)
-        throw inputs::InputError("command line", option, *value, "is of one run; --seeds asks for many",
+        throw inputs::InputError("command line", option, *value, "records one run, but --seeds asks for many",
                                  "one of the two");
     }
     return apps::run_ensemble(scenario, {a.file, a.csv, a.json, a.seeds, a.jobs, a.force, a.quiet});
@@ -167,16 +175,21 @@ int run(const Arguments& a) {
     throw inputs::InputError("command line", "--jobs", std::to_string(a.jobs), "one run is computed by one thread",
                              "with --seeds");
   const double save_at = checkpoint_time(a);
-  apps::stop_on_signals();  // before there is anything that could be left half
+  apps::stop_on_signals();  // before there are files that could remain incomplete
   Outputs outputs(a);
   simulation::Simulation simulation = a.from ? simulation::Simulation(scenario, simulation::read_checkpoint(*a.from))
                                              : simulation::Simulation(scenario);
   if (a.checkpoint) static_cast<void>(simulation.checkpoint());  // refused, if at all, before the computing
+  const bool table = !a.quiet && !outputs.on_standard_output();
+  // Those of the outcome stand at the end of the table, with the numbers that they are about.
+  apps::say_warnings(scenario, apps::overrides(a.set),
+                     table ? simulation.outcome().warnings : std::vector<std::string>());
   outputs.start(a, simulation);
   bool saved = !a.checkpoint;
   {
-    apps::Progress progress(!a.quiet);
-    if (!progress.shown() && !outputs.follows() && saved) simulation.run(&apps::stop);  // nobody looks on
+    apps::ProgressLine progress(!a.quiet);
+    if (!progress.shown() && !outputs.follows() && saved)
+      simulation.run(&apps::stop);  // without stops at the output grid, since nobody needs them
     const double interval = scenario.output.interval;
     for (auto tick = static_cast<std::int64_t>(simulation.time() / interval) + 1; !simulation.ended() && !apps::stop;
          ++tick) {
@@ -199,7 +212,7 @@ int run(const Arguments& a) {
         fmt::format("interrupted at {:.2f} s: numbers are those of the run so far", simulation.time()));
   }
   const std::vector<std::string> written = outputs.finish(simulation, outcome);
-  if (!a.quiet && !outputs.on_standard_output()) {
+  if (table) {
     std::cout << inputs::printable(scenario.title.empty() ? a.file : scenario.title) << "\n"
               << outcome::to_table(outcome);
   }
@@ -216,7 +229,7 @@ int run(const Arguments& a) {
   return kOk;
 }
 
-/// docs/outcomes.md.
+/// Returns the page docs/outcomes.md.
 std::string describe_fields() {
   return "# What comes out\n\n"
          "Written by `derail fields`. A thing has the same name everywhere: JSON, CSV, studies, topics, panel, "
@@ -226,7 +239,8 @@ std::string describe_fields() {
          "`derail run --json`, `~outcome` (without `wall_time`), tables, journals of studies.\n\n" +
          fields::reference(outcome::outcome_fields()) +
          "\n## Cars over time\n\n"
-         "`derail run --csv`: a row a car and time, after `time_s` and `car`; units stand in the names of the columns\n"
+         "`derail run --csv`: one row for each car and time, after `time_s` and `car`; units are in the names of the "
+         "columns\n"
          "(`x_m`). `~cars` has place and orientation as `pose`, velocities as `twist`.\n\n" +
          fields::reference(simulation::car_fields()) +
          "\n## Couplers over time\n\n"
@@ -234,7 +248,7 @@ std::string describe_fields() {
          fields::reference(simulation::coupler_fields());
 }
 
-/// Of CLI11's errors: what is wrong, and where help is.
+/// Returns an error of CLI11 on one line, with the command that prints help.
 std::string one_line(const CLI::App* app, const CLI::Error& error) {
   std::string what = error.what();
   while (const CLI::App* chosen = app->get_subcommands().empty() ? nullptr : app->get_subcommands().front())
@@ -244,7 +258,7 @@ std::string one_line(const CLI::App* app, const CLI::Error& error) {
   if (top && !left.empty() && left.front().front() != '-') {
     std::vector<std::string> names;
     for (const CLI::App* command : app->get_subcommands({})) names.push_back(command->get_name());
-    what = fmt::format("'{}' is no command; commands: {}", left.front().substr(0, 40), fmt::join(names, ", "));
+    what = fmt::format("'{}' is not a command; commands: {}", left.front().substr(0, 40), fmt::join(names, ", "));
   }
   std::replace(what.begin(), what.end(), '\n', ' ');
   return fmt::format("derail: {}; help: derail {}{}--help\n", what, top ? "" : app->get_name(), top ? "" : " ");
@@ -274,7 +288,7 @@ int command_line(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();
 
-  Arguments a;
+  RunArguments a;
   const auto add_inputs = [&a](CLI::App* command) {
     apps::add_path(command, "FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();
     command
@@ -287,7 +301,7 @@ int command_line(int argc, char** argv) {
   apps::add_path(run_command, "--csv", a.csv,
                  "Write the states of cars and couplers on the output grid; - is standard output");
   apps::add_path(run_command, "--incidents", a.incidents,
-                 "Write what happened: trucks off the rails, broken couplers, impacts (CSV); - is standard output");
+                 "Write the incidents as CSV: trucks off the rails, broken couplers, impacts; - is standard output");
   apps::add_path(run_command, "--bag", a.bag, "Record what the node would publish; a folder: named by date");
   apps::add_path(run_command, "--checkpoint", a.checkpoint,
                  "Save the run at --checkpoint-time, to go on from there later; only with solver.method semi_implicit");
@@ -300,10 +314,11 @@ int command_line(int argc, char** argv) {
   apps::add_force(run_command, a.force);
   run_command
       ->add_option("--seeds", a.seeds,
-                   "So many runs that differ by their seed (initial.perturbation): medians and ranges; "
-                   "--csv then writes a row a run")
+                   "Compute this many runs that differ by their seed (initial.perturbation): medians and ranges; "
+                   "--csv then writes one row for each run")
       ->check(CLI::Range(2, 100000));
-  run_command->add_option("--jobs", a.jobs, "Threads of --seeds; default: one a core")->check(CLI::Range(1, 4096));
+  run_command->add_option("--jobs", a.jobs, "Threads of --seeds; default: one for each core")
+      ->check(CLI::Range(1, 4096));
   run_command->add_flag("--quiet", a.quiet, "No progress and no table");
   CLI::App* check_command =
       app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");
@@ -326,7 +341,7 @@ int command_line(int argc, char** argv) {
 
   try {
     if (*run_command) return run(a);
-    if (*check_command) std::cout << inputs::to_yaml(read(a));
+    if (*check_command) return check(a);
     if (further_command) return further_command();
     if (*keys_command) std::cout << inputs::describe_keys();
     if (*fields_command) std::cout << describe_fields();
@@ -343,11 +358,13 @@ int command_line(int argc, char** argv) {
   }
 }
 
-/// A standard stream that is closed would lend its number to the next file that is opened: tables would go into
-/// results.
+/// Opens /dev/null for each standard stream that is closed. Otherwise the next file to be opened would get its number,
+/// and printed tables would be written into it.
 void occupy_standard_streams() {
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    const int useless = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;  // errors stay errors
+    const int useless = fd == STDIN_FILENO
+                            ? O_WRONLY
+                            : O_RDONLY;  // opened the wrong way round, so that reading or writing is still an error
     if (fcntl(fd, F_GETFD) < 0) static_cast<void>(open("/dev/null", useless));
   }
 }

@@ -25,7 +25,7 @@ constexpr int kIntegrationFailed = 3;
 int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   const study::Study study = study::ensemble_of(scenario, a.seeds);
   for (const std::string& warning : study::check(study)) std::cerr << "derail: warning: " << warning << "\n";
-  // Opened first: an unwritable path is said before the computing.
+  // Opened before the computing, so that a path that cannot be written is reported at once.
   std::vector<NamedPath> outputs;
   if (a.csv) outputs.push_back({"--csv", *a.csv});
   if (a.json) outputs.push_back({"--json", *a.json});
@@ -36,7 +36,7 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   if (a.json) json.emplace(*a.json, existing(a.force), &stop);
   std::vector<outcome::Outcome> outcomes;
   {
-    Progress progress(!a.quiet);
+    ProgressLine progress(!a.quiet);
     outcomes = study::run_in_memory(
         study, useful_jobs(a.jobs),
         [&](const study::Progress& p) {
@@ -59,7 +59,7 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
     std::cout << (scenario.title.empty() ? a.name : scenario.title) << "\n" << study::ensemble_table(study, outcomes);
   }
   if (not_run > 0) {
-    std::cerr << fmt::format("derail: stopped; {} of {} runs are not in it\n", not_run, outcomes.size());
+    std::cerr << fmt::format("derail: stopped; {} of {} runs are left out\n", not_run, outcomes.size());
     return kInterrupted;
   }
   if (failed > 0) {

@@ -7,17 +7,17 @@
 
 namespace train_derail::apps {
 
-/// What `derail run --seeds` was asked for.
+/// Arguments of `derail run --seeds`.
 struct EnsembleArguments {
-  std::string name;                      // of the scenario's file
+  std::string name;                      // path of the scenario
   std::optional<std::string> csv, json;  // files; "-" is standard output
   int seeds = 0, jobs = 0;
   bool force = false, quiet = false;
 };
 
-/// Many runs of one scenario, each with a seed of its own: medians and ranges as a table, the runs as CSV, both as
-/// JSON. Returns the exit code. Throws inputs::InputError: runs that cannot differ; std::runtime_error: a file cannot
-/// be written.
+/// Computes an ensemble of one scenario. Prints medians and ranges as a table, and writes the runs as CSV and the
+/// ranges as JSON. Returns the exit code. Throws inputs::InputError if the runs cannot differ, std::runtime_error if a
+/// file cannot be written.
 int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& arguments);
 
 }  // namespace train_derail::apps

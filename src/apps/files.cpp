@@ -11,13 +11,13 @@
 namespace train_derail::apps {
 
 namespace fs = std::filesystem;
-using files::Kind;
+using files::FileKind;
 using inputs::InputError;
 
 void require_apart(const std::vector<NamedPath>& inputs, const std::vector<NamedPath>& outputs) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const auto refuse = [&](const NamedPath& other) {
-      throw InputError("command line", outputs[i].option, outputs[i].path, "is " + other.option + " too",
+      throw InputError("command line", outputs[i].option, outputs[i].path, "is the same file as " + other.option,
                        "another file");
     };
     for (const NamedPath& input : inputs) {
@@ -31,25 +31,25 @@ void require_apart(const std::vector<NamedPath>& inputs, const std::vector<Named
 
 namespace {
 
-const char* name_of(Kind kind) {
+const char* name_of(FileKind kind) {
   switch (kind) {
-    case Kind::scenario: return "a scenario (YAML; derail keys)";
-    case Kind::study: return "a study (YAML; examples: config/studies)";
-    case Kind::accidents: return "a table of accidents (CSV; docs/validation.md)";
-    case Kind::study_results: return "a folder with the results of derail study";
-    case Kind::validation_results: return "a folder with the results of derail validate";
-    case Kind::verification_results: return "a folder with the results of derail verify";
-    case Kind::unknown:
-    case Kind::other: break;
+    case FileKind::scenario: return "a scenario (YAML; derail keys)";
+    case FileKind::study: return "a study (YAML; examples: config/studies)";
+    case FileKind::accidents: return "a table of accidents (CSV; docs/validation.md)";
+    case FileKind::study_results: return "a folder with the results of derail study";
+    case FileKind::validation_results: return "a folder with the results of derail validate";
+    case FileKind::verification_results: return "a folder with the results of derail verify";
+    case FileKind::unknown:
+    case FileKind::other: break;
   }
   return "something else";
 }
 
 }  // namespace
 
-void expect(Kind wanted, const std::string& path) {
+void expect(FileKind wanted, const std::string& path) {
   const files::Recognised r = files::recognise(path);
-  if (r.kind == wanted || r.kind == Kind::unknown) return;
+  if (r.kind == wanted || r.kind == FileKind::unknown) return;
   throw InputError(path, "", "", "is " + r.what + (r.hint.empty() ? "" : " (" + r.hint + ")"), name_of(wanted));
 }
 

@@ -1,4 +1,5 @@
-// Paths of the command line: what they are, and what must not be written over.
+/// \file
+/// Paths on the command line: checks what they are, and that no input is overwritten.
 #pragma once
 
 #include <string>
@@ -11,32 +12,32 @@
 
 namespace train_derail::apps {
 
-/// A path and the option that gave it ("FILE", "--csv").
+/// A path and the option that gave it, "FILE" or "--csv".
 struct NamedPath {
   std::string option, path;
 };
 
-/// Throws inputs::InputError if an output is an input, or two outputs are one file.
+/// Throws inputs::InputError if an output is the same file as an input or another output.
 void require_apart(const std::vector<NamedPath>& inputs, const std::vector<NamedPath>& outputs);
 
-/// Throws inputs::InputError if the path is recognised as something else: "PATH: is a study (derail study takes it);
-/// allowed: a scenario". What is not recognised is left to its reader.
-void expect(files::Kind wanted, const std::string& path);
+/// Throws inputs::InputError if a path is recognised as another kind of file than the wanted one: "PATH: is a study
+/// (derail study takes it); allowed: a scenario". A file that is not recognised is left to its reader.
+void expect(files::FileKind wanted, const std::string& path);
 
-/// A folder that is removed again, with those made above it, if nothing has been put into it.
+/// Creates a folder, and removes it at the end of its life if it is empty, with the folders that were created above it.
 class NewFolder {
  public:
-  /// Throws std::runtime_error.
+  /// Throws std::runtime_error if the folder cannot be created.
   explicit NewFolder(const std::string& path);
   ~NewFolder();
   NewFolder(const NewFolder&) = delete;
   NewFolder& operator=(const NewFolder&) = delete;
 
  private:
-  std::vector<std::string> made_;  // the innermost last
+  std::vector<std::string> made_;  // folders that were created, the innermost last
 };
 
-/// An option that takes a path: not an empty one.
+/// Adds an option that takes a path and refuses an empty one.
 template <class Value>
 CLI::Option* add_path(CLI::App* command, const std::string& name, Value& value, const std::string& meaning) {
   return command->add_option(name, value, meaning)->check([](const std::string& text) {

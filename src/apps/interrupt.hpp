@@ -1,4 +1,5 @@
-// Interrupted, a command ends soon, after writing what it has. Interrupted again, it ends at once.
+/// \file
+/// Signals. After the first interrupt a command ends soon and writes what it has; after the second it ends at once.
 #pragma once
 
 #include <atomic>
@@ -10,7 +11,7 @@ namespace train_derail::apps {
 
 inline constexpr int kInterrupted = 130;
 
-inline std::atomic<bool> stop{false};  // written by the signal handler, hence here
+inline std::atomic<bool> stop{false};  // global, because the signal handler sets it
 
 inline void stop_on_signals() {
   struct sigaction action = {};
@@ -18,10 +19,10 @@ inline void stop_on_signals() {
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);  // of a pipe whose reader has gone: an error of that file
+  std::signal(SIGPIPE, SIG_IGN);  // if the reader of a pipe has gone, writing gives an error instead
 }
 
-/// For what follows the computing: it does not look at `stop`, and leaves nothing half when it is killed.
+/// After the computing: the rest does not look at `stop`, and leaves no incomplete files when it is killed.
 inline void end_on_signals() {
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);

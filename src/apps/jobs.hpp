@@ -1,4 +1,5 @@
-// What commands that compute many runs have in common.
+/// \file
+/// Shared by the commands that compute many runs.
 #pragma once
 
 #include <iostream>
@@ -11,15 +12,15 @@
 
 namespace train_derail::apps {
 
-/// `jobs` as asked for, or as many as are of use here; says so.
+/// Returns `jobs`, or the largest useful number of threads if that is less, and then says so on standard error.
 inline int useful_jobs(int jobs) {
   if (jobs <= study::jobs_max()) return jobs;
-  std::cerr << fmt::format("derail: --jobs = {}: more threads than are of use here; {} do it\n", jobs,
+  std::cerr << fmt::format("derail: --jobs = {}: more threads than are useful on this machine; {} are used\n", jobs,
                            study::jobs_max());
   return study::jobs_max();
 }
 
-/// Lines of journals that were not believed, and what came of it.
+/// Prints the bad lines of journals and what was done about them.
 inline void say_problems(const std::vector<std::string>& problems, const std::string& consequence) {
   constexpr std::size_t kShown = 20;
   for (std::size_t i = 0; i < problems.size() && i < kShown; ++i)

@@ -1,4 +1,5 @@
-// A progress line with ETA on a terminal, silence elsewhere.
+/// \file
+/// A line that shows the progress, if standard error is a terminal.
 #pragma once
 
 #include <chrono>
@@ -9,16 +10,16 @@
 
 namespace train_derail::apps {
 
-class Progress {
+class ProgressLine {
  public:
-  explicit Progress(bool wanted) : shown_(wanted && isatty(STDERR_FILENO) == 1) {}
-  ~Progress() { clear(); }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
+  explicit ProgressLine(bool wanted) : shown_(wanted && isatty(STDERR_FILENO) == 1) {}
+  ~ProgressLine() { clear(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
 
   bool shown() const { return shown_; }
 
-  /// `done` in [0, 1]; at most ten lines a second are drawn.
+  /// Draws the line anew, at most ten times a second. `done` is in [0, 1].
   void update(double done, const std::string& what) {
     if (!shown_) return;
     const auto now = Clock::now();

@@ -26,11 +26,11 @@ namespace fs = std::filesystem;
 
 constexpr int kIncomplete = 5;
 
-struct Arguments {
+struct StudyArguments {
   std::string file, folder, shard, engine;
   std::optional<std::string> out;
   std::vector<std::string> folders, set;
-  int jobs = 0, replicates = 0;  // replicates 0: as the study says
+  int jobs = 0, replicates = 0;  // replicates 0: as in the study file
   bool resume = false, force = false, quiet = false;
 };
 
@@ -46,24 +46,24 @@ study::Shard parse_shard(const std::string& text) {
   return shard;
 }
 
-std::string folder_of(const Arguments& a) { return a.out.value_or(fs::path(a.file).stem().string() + ".results"); }
+std::string folder_of(const StudyArguments& a) { return a.out.value_or(fs::path(a.file).stem().string() + ".results"); }
 
-/// Of a study, finished or not.
+/// Throws inputs::InputError unless the path is a folder with results of a study, complete or not.
 void expect_results(const std::string& folder) {
-  expect(files::Kind::study_results, folder);
+  expect(files::FileKind::study_results, folder);
   if (fs::is_directory(folder)) return;
   const char* problem = fs::exists(folder) ? "is a file" : "does not exist";
   throw inputs::InputError(folder, "", "", problem, "a folder with the results of derail study");
 }
 
-study::Study read_study(const Arguments& a) {
-  expect(files::Kind::study, a.file);
+study::Study read_study(const StudyArguments& a) {
+  expect(files::FileKind::study, a.file);
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   study::Study study = study::read_study_file(a.file, overrides);
   say_warnings(study.base, overrides);
   if (a.replicates > 0) study.replicates = a.replicates;
-  if (a.engine == "multibody") {
+  if (a.engine == to_string(study::Engine::multibody)) {
     study.engine = study::Engine::multibody;
     study.title += " (multibody engine)";
   }
@@ -75,7 +75,7 @@ int finish(const std::string& folder, const study::Study& study, double wall_tim
   try {
     totals = study::write_results(folder, study, wall_time, &stop);
   } catch (const study::Stopped&) {
-    std::cerr << "derail: stopped before the tables were whole; --resume writes them\n";
+    std::cerr << "derail: stopped before all tables were written; --resume writes them\n";
     return kInterrupted;
   }
   for (const std::string& warning : totals.warnings) std::cerr << "derail: warning: " << warning << "\n";
@@ -89,14 +89,14 @@ int finish(const std::string& folder, const study::Study& study, double wall_tim
   return 0;
 }
 
-int run(const Arguments& a) {
+int run(const StudyArguments& a) {
   const study::Study study = read_study(a);
   study::RunOptions options{folder_of(a), useful_jobs(a.jobs), a.resume, parse_shard(a.shard)};
   stop_on_signals();
   study::RunReport report;
   try {
     for (const std::string& warning : study::check(study, &stop)) std::cerr << "derail: warning: " << warning << "\n";
-    Progress progress(!a.quiet);
+    ProgressLine progress(!a.quiet);
     report = study::run_study(
         study, options,
         [&](const study::Progress& p) {
@@ -108,7 +108,7 @@ int run(const Arguments& a) {
   } catch (const study::Stopped&) {
     report.stopped = true;
   }
-  say_problems(report.problems, "computed anew");
+  say_problems(report.problems, "computed again");
   if (report.failed > 0) {
     std::cerr << fmt::format("derail: {} of {} runs failed; their rows in runs.csv say why\n", report.failed,
                              report.computed);
@@ -126,7 +126,7 @@ int run(const Arguments& a) {
   return finish(options.folder, study, report.wall_time, a.quiet);
 }
 
-int merge(const Arguments& a) {
+int merge(const StudyArguments& a) {
   const study::Study study = read_study(a);
   for (const std::string& folder : a.folders) expect_results(folder);
   stop_on_signals();
@@ -138,7 +138,7 @@ int merge(const Arguments& a) {
   return kIncomplete;
 }
 
-int report(const Arguments& a) {
+int report(const StudyArguments& a) {
   expect_results(a.folder);
   const fs::path folder = a.folder;
   const std::string path = a.out.value_or((folder / "report.html").string());
@@ -150,7 +150,7 @@ int report(const Arguments& a) {
   }
   require_apart(inputs, {{"--out", path}});
   const std::string page = study::to_html(a.folder);
-  // The page of the same results made anew; a file of somebody else's is not replaced.
+  // An older report may be replaced; any other file only with --force.
   const bool own = a.force || files::recognise(path).what == files::kReport;
   files::write_file(path, page, existing(own));
   if (!a.quiet && !files::same_file(path, "-")) std::cout << path << "\n";
@@ -160,23 +160,24 @@ int report(const Arguments& a) {
 }  // namespace
 
 void add_study_commands(CLI::App& app, std::function<int()>& command) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  const auto arguments = std::make_shared<StudyArguments>();
+  StudyArguments& a = *arguments;
   const auto common = [&a](CLI::App* sub) {
     add_path(sub, "FILE", a.file, "Study, YAML (examples: config/studies)")->required();
     sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
         ->allow_extra_args(false);
-    sub->add_option("--replicates", a.replicates, "Runs a point, instead of what the study says")
+    sub->add_option("--replicates", a.replicates, "Runs for each point, instead of the number in the study")
         ->check(CLI::Range(1, 1000000));
     add_path(sub, "--out", a.out, "Folder of the results; default: the file's name with .results");
     sub->add_option("--engine", a.engine, "What computes: the model, or the multibody engine that checks it (slow)")
-        ->default_str("purpose_built")
-        ->check(CLI::IsMember({"purpose_built", "multibody"}));
+        ->default_str(to_string(study::Engine::purpose_built))
+        ->check(CLI::IsMember(std::vector<std::string>(study::kEngineNames.begin(), study::kEngineNames.end())));
     sub->add_flag("--quiet", a.quiet, "No progress and no table");
   };
-  CLI::App* study_command = app.add_subcommand("study", "Run a study: many scenarios, on all cores, one row a run");
+  CLI::App* study_command =
+      app.add_subcommand("study", "Run a study: many scenarios, on all cores, one row for each run");
   common(study_command);
-  study_command->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  study_command->add_option("--jobs", a.jobs, "Threads; default: one for each core")->check(CLI::Range(1, 4096));
   study_command->add_flag("--resume", a.resume, "Compute only what the folder lacks");
   study_command->add_option("--shard", a.shard, "Part i/N of the runs, for several machines; then derail merge");
   study_command->callback([&command, arguments] { command = [arguments] { return run(*arguments); }; });
@@ -188,7 +189,7 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   add_path(report_command, "DIR", a.folder, "Folder of the results")->required();
   add_path(report_command, "--out", a.out, "File of the page; default: report.html in DIR; - is standard output");
   add_force(report_command, a.force);
-  report_command->add_flag("--quiet", a.quiet, "Do not say where it is");
+  report_command->add_flag("--quiet", a.quiet, "Do not print the path of the page");
   report_command->callback([&command, arguments] { command = [arguments] { return report(*arguments); }; });
   merge_command->callback([&command, arguments] { command = [arguments] { return merge(*arguments); }; });
 }

@@ -26,16 +26,16 @@ namespace {
 namespace fs = std::filesystem;
 using inputs::InputError;
 
-struct Arguments {
+struct ValidateArguments {
   std::string table, study, min_speed;
   std::optional<std::string> out;
   std::vector<std::string> set;
   std::optional<double> spread;
-  int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as the study says
+  int members = 0, jobs = 0, min_tail = 0, every = 1;  // members 0: as in the study file
   bool seeds_only = false, skip_invalid = false, resume = false, quiet = false;
 };
 
-study::Study read_study(const Arguments& a) {
+study::Study read_study(const ValidateArguments& a) {
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   study::Study study = study::read_study_file(a.study, overrides, a.spread);
@@ -48,7 +48,7 @@ study::Study read_study(const Arguments& a) {
   return a.seeds_only ? validation::seeds_only(study) : study;
 }
 
-validation::AccidentTable read_table(const Arguments& a) {
+validation::AccidentTable read_table(const ValidateArguments& a) {
   validation::AccidentTable table = validation::read_accidents(a.table, a.skip_invalid);
   double slowest = 0.0;
   try {
@@ -61,7 +61,8 @@ validation::AccidentTable read_table(const Arguments& a) {
     const bool due = (row.line - 2) % static_cast<std::size_t>(a.every) == 0;
     if (due && row.speed_mph >= slowest - 1e-9 && row.cars_from_pod_to_rear >= a.min_tail) wanted.push_back(row);
   }
-  if (wanted.empty()) throw InputError(a.table, "", "", "no row is left of those asked for", "at least one row");
+  if (wanted.empty())
+    throw InputError(a.table, "", "", "no row fulfils the conditions of the command line", "at least one row");
   table.rows = std::move(wanted);
   return table;
 }
@@ -77,19 +78,20 @@ void say_left_out(const validation::AccidentTable& table) {
   if (more > 0) std::cerr << fmt::format("  and {} more (validation.json)\n", more);
 }
 
-int validate(const Arguments& a) {
-  expect(files::Kind::accidents, a.table);
-  expect(files::Kind::study, a.study);
+int validate(const ValidateArguments& a) {
+  expect(files::FileKind::accidents, a.table);
+  expect(files::FileKind::study, a.study);
   validation::AccidentTable table = read_table(a);
   const study::Study study = read_study(a);
   validation::check_scenarios(study, table, a.skip_invalid);
-  if (!study.fitted_on.empty()) validation::read_fitted_class(study.fitted_on);  // said before the computing
+  if (!study.fitted_on.empty())
+    validation::read_fitted_class(study.fitted_on);  // so that a mistake is reported before the computing
   say_left_out(table);
   const std::string folder = a.out.value_or(fs::path(a.table).stem().string() + ".validated");
   stop_on_signals();
   validation::Ensembles ensembles;
   {
-    Progress progress(!a.quiet);
+    ProgressLine progress(!a.quiet);
     ensembles = validation::run(
         study, table, {folder, useful_jobs(a.jobs), a.resume},
         [&](const study::Progress& p) {
@@ -100,14 +102,14 @@ int validate(const Arguments& a) {
         stop);
   }
   end_on_signals();
-  say_problems(ensembles.problems, "computed anew");
+  say_problems(ensembles.problems, "computed again");
   if (ensembles.stopped) {
     std::cerr << "derail: stopped; --resume goes on from here\n";
     return kInterrupted;
   }
   const validation::Validation v = validation::evaluate(study, table, ensembles);
   const auto write = [&](const char* name,
-                         const std::string& text) {  // the folder has been claimed: what is there is ours
+                         const std::string& text) {  // the folder belongs to this validation: its files may be replaced
     files::write_file((fs::path(folder) / name).string(), text, files::Existing::replace);
   };
   write("rows.csv", validation::rows_csv(v));
@@ -132,27 +134,28 @@ int validate(const Arguments& a) {
 }  // namespace
 
 void add_validate_command(CLI::App& app, std::function<int()>& command) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  const auto arguments = std::make_shared<ValidateArguments>();
+  ValidateArguments& a = *arguments;
   CLI::App* sub = app.add_subcommand(
       "validate",
-      "Predict the cars derailed in real accidents, one ensemble a row, and score it against what happened");
+      "Predict the cars derailed in real accidents, one ensemble for each row, and score it against what happened");
   add_path(sub, "DATA", a.table, "Table of accidents, CSV (columns: docs/validation.md; example: config/accidents)")
       ->required();
   add_path(sub, "--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
   sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
       ->allow_extra_args(false);
-  sub->add_option("--members", a.members, "Runs a row, instead of what the study says")->check(CLI::Range(1, 100000));
+  sub->add_option("--members", a.members, "Runs for each row, instead of the number in the study")
+      ->check(CLI::Range(1, 100000));
   sub->add_option("--spread", a.spread,
-                  "Half-widths of the inputs' ranges times this, about their middles, instead of what the study says");
+                  "Factor on the half-width of every range, instead of the one in the study; the middles stay");
   sub->add_flag("--seeds-only", a.seeds_only, "Inputs stay at the base scenario's; members differ by their seed alone");
   sub->add_option("--min-speed", a.min_speed, "Only rows of this speed or more, as in \"10 mph\"");
   sub->add_option("--min-tail", a.min_tail,
-                  "Only rows with at least so many cars from the first derailed one to the rear")
+                  "Only rows with at least this many cars from the first derailed one to the rear")
       ->check(CLI::Range(1, 1000));
-  sub->add_option("--every", a.every, "Only every so manyth row of the table")->check(CLI::Range(1, 1000000));
+  sub->add_option("--every", a.every, "Only every N-th row of the table")->check(CLI::Range(1, 1000000));
   add_path(sub, "--out", a.out, "Folder of the results; default: the table's name with .validated");
-  sub->add_option("--jobs", a.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  sub->add_option("--jobs", a.jobs, "Threads; default: one for each core")->check(CLI::Range(1, 4096));
   sub->add_flag("--skip-invalid", a.skip_invalid, "Leave out rows that cannot be used, and say which and why");
   sub->add_flag("--resume", a.resume, "Compute only what the folder lacks: after a kill or a stop");
   sub->add_flag("--quiet", a.quiet, "No progress and no table");

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr int kDiffers = 4;
 
-struct Arguments {
+struct VerifyArguments {
   std::string file;
   std::optional<std::string> json, out;
   std::vector<std::string> set;
@@ -28,9 +28,9 @@ struct Arguments {
   bool force = false, quiet = false;
 };
 
-int verify(const Arguments& a) {
+int verify(const VerifyArguments& a) {
   multibody::require();
-  expect(files::Kind::scenario, a.file);
+  expect(files::FileKind::scenario, a.file);
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
   const inputs::Scenario scenario = inputs::read_scenario_file(a.file, overrides);
@@ -49,7 +49,7 @@ int verify(const Arguments& a) {
   for (const NamedPath& p : paths) outputs.emplace_back(p.path, existing(a.force));
   multibody::Verification v;
   {
-    Progress progress(!a.quiet);
+    ProgressLine progress(!a.quiet);
     v = multibody::verify(
         scenario, a.options, [&](double done, const std::string& what) { progress.update(done, what); }, &stop);
   }
@@ -72,8 +72,8 @@ int verify(const Arguments& a) {
 }  // namespace
 
 void add_verify_command(CLI::App& app, std::function<int()>& command) {
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  const auto arguments = std::make_shared<VerifyArguments>();
+  VerifyArguments& a = *arguments;
   CLI::App* sub = app.add_subcommand(
       "verify", "Check the model against a general multibody engine (Simbody); exit code 4: they differ");
   add_path(sub, "FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();
@@ -82,7 +82,7 @@ void add_verify_command(CLI::App& app, std::function<int()>& command) {
                   "Runs of either engine in the ensembles; fewer than 8 are reported, not judged")
       ->capture_default_str()
       ->check(CLI::Range(1, 100000));
-  sub->add_option("--jobs", a.options.jobs, "Threads; default: one a core")->check(CLI::Range(1, 4096));
+  sub->add_option("--jobs", a.options.jobs, "Threads; default: one for each core")->check(CLI::Range(1, 4096));
   add_path(sub, "--json", a.json, "Write everything as JSON in SI units; - is standard output");
   add_path(sub, "--out", a.out, "Folder for verify.json and differences.csv, from which plot_verify.py draws");
   add_force(sub, a.force);

@@ -13,12 +13,12 @@ namespace train_derail::files {
 
 namespace {
 
-/// Takes rows apart, line by line.
+/// Splits rows into fields. It is fed line by line, because a field may hold line ends.
 class Parser {
  public:
   explicit Parser(std::vector<std::string>& fields) : fields_(fields) { fields_.assign(1, ""); }
 
-  /// One line without its end; false: `problem` says what is wrong.
+  /// Takes one line without its end. Returns false if it is wrong; `problem` then says why.
   bool add(std::string_view line, std::string& problem) {
     for (const char c : line) {
       if (state_ == State::quoted) {
@@ -29,7 +29,7 @@ class Parser {
         state_ = State::start;
       } else if (c == '"' && state_ == State::start) {
         state_ = State::quoted;
-      } else if (c == '"' && state_ == State::after_quote) {  // doubled
+      } else if (c == '"' && state_ == State::after_quote) {  // two double quotes stand for one
         fields_.back() += c;
         state_ = State::quoted;
       } else if (c == '"') {
@@ -48,7 +48,7 @@ class Parser {
     }
     return true;
   }
-  /// The row goes on in the next line.
+  /// Adds the line end `end` to the open field: the row continues in the next line.
   bool open() const { return state_ == State::quoted; }
   void line_end(std::string_view end) { fields_.back() += end; }
 
@@ -81,7 +81,7 @@ std::string csv_field(std::string_view text) {
 }
 
 std::string csv_row(const std::vector<std::string>& fields) {
-  if (fields.size() == 1 && fields.front().empty()) return "\"\"";  // a line without anything is no row
+  if (fields.size() == 1 && fields.front().empty()) return "\"\"";  // an empty line would not be read as a row
   std::string row;
   for (std::size_t i = 0; i < fields.size(); ++i) {
     if (i > 0) row += ',';
@@ -120,7 +120,7 @@ bool CsvReader::next(std::vector<std::string>& fields) {
   std::string line;
   const auto take = [&] {
     line.clear();
-    // Not std::getline: a file without line ends must not be read whole.
+    // std::getline is not used here: it would read a whole file without line ends into memory.
     for (int c = file_.rdbuf()->sbumpc(); c != std::char_traits<char>::eof(); c = file_.rdbuf()->sbumpc()) {
       if (c == '\n') {
         ++lines_;
@@ -159,7 +159,7 @@ CsvTable::CsvTable(const std::string& path) : reader_(path) {
   std::set<std::string> seen;
   for (const std::string& name : names_) {
     if (!name.empty() && !seen.insert(name).second)
-      throw CsvError(path, reader_.line(), fmt::format("column '{}' stands twice", printable(name, kShownMax)));
+      throw CsvError(path, reader_.line(), fmt::format("two columns have the name '{}'", printable(name, kShownMax)));
   }
 }
 

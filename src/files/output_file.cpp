@@ -41,8 +41,8 @@ constexpr std::chrono::milliseconds kReaderWait{1000}, kReaderPoll{10};
   fail(path, fmt::format("cannot be written: {}", std::strerror(error)));
 }
 [[noreturn]] void fail_to_write(const std::string& path, int error) {
-  fail(path,
-       fmt::format("could not be written whole{}{}", error != 0 ? ": " : "", error != 0 ? std::strerror(error) : ""));
+  fail(path, fmt::format("could not be written completely{}{}", error != 0 ? ": " : "",
+                         error != 0 ? std::strerror(error) : ""));
 }
 [[noreturn]] void exists(const std::string& path) {
   throw ExistsError(path + ": exists already and is not overwritten");
@@ -59,7 +59,7 @@ class Descriptor {
   }
   int get() const { return fd_; }
   bool open() const { return fd_ >= 0; }
-  /// 0 or the error.
+  /// Closes the descriptor; returns 0 or the number of the error.
   int close() {
     const int fd = std::exchange(fd_, -1);
     return fd >= 0 && ::close(fd) != 0 ? errno : 0;
@@ -69,10 +69,10 @@ class Descriptor {
   int fd_;
 };
 
-/// Writes to a descriptor and remembers why it could not.
+/// A stream buffer that writes to a descriptor and remembers the error if it fails.
 class Buffer : public std::streambuf {
  public:
-  /// A write to a pipe (`waits`) that its reader does not take is given up some time after `stop` has been set.
+  /// `waits`: the descriptor is a pipe. If its reader takes nothing, writing is given up some time after `stop` is set.
   Buffer(int fd, bool waits, const std::atomic<bool>* stop) : fd_(fd), stop_(waits ? stop : nullptr) {
     setp(space_.data(), space_.data() + space_.size());
   }
@@ -113,7 +113,8 @@ class Buffer : public std::streambuf {
   std::array<char, 1 << 16> space_;
 };
 
-/// The descriptor that a path names: "-", /dev/stdout, /dev/fd/3 (process substitution of the shell); -1 if none.
+/// Returns the open descriptor that a path stands for: "-", /dev/stdout, /dev/fd/3 (process substitution of the shell);
+/// -1 if it stands for none.
 int named_descriptor(const std::string& path) {
   if (path == "-" || path == "/dev/stdout") return STDOUT_FILENO;
   if (path == "/dev/stderr") return STDERR_FILENO;
@@ -127,7 +128,7 @@ int named_descriptor(const std::string& path) {
   return -1;
 }
 
-/// Links followed; the last name need not exist.
+/// Returns the path with its links followed; the file itself need not exist.
 fs::path resolved(const std::string& path) {
   std::error_code error;
   fs::path whole = fs::canonical(path, error);
@@ -142,10 +143,10 @@ std::string temporary_name(const std::string& folder) {
   return fmt::format("{}/{}{:08x}{:08x}{}", folder, kPrefix, random(), random(), kSuffix);
 }
 
-/// Whoever writes one holds its lock, which ends with the process.
+/// The process that writes a temporary file locks it. The lock ends with the process, also if it is killed.
 bool take_lock(int fd) { return flock(fd, LOCK_EX | LOCK_NB) == 0; }
 
-/// Temporaries of processes that were killed.
+/// Removes temporary files of processes that were killed: those that nobody has locked.
 void remove_stale(const std::string& folder) {
   DIR* dir = opendir(folder.c_str());
   if (dir == nullptr) return;
@@ -174,22 +175,22 @@ Descriptor create_named(const std::string& folder, std::string& name) {
       if (errno == EEXIST) continue;
       return file;
     }
-    // Between creation and lock another process may have taken it for a stale one.
+    // Before it was locked, another process may have removed the file as one of a killed process.
     struct stat status;
     const bool locked =
-        take_lock(file.get()) || errno != EWOULDBLOCK;  // file systems without locks: as good as it gets
+        take_lock(file.get()) || errno != EWOULDBLOCK;  // a file system without locks: go on without one
     if (locked && fstat(file.get(), &status) == 0 && status.st_nlink > 0) return file;
   }
 }
 
 void sync_folder(const std::string& folder) {
   const Descriptor dir(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (dir.open()) fsync(dir.get());  // not every file system can; the file itself has been synced
+  if (dir.open()) fsync(dir.get());  // some file systems cannot sync a folder; the file itself has been synced
 }
 
 std::string link_of(int fd) { return fmt::format("/proc/self/fd/{}", fd); }
 
-/// Opens a pipe or device.
+/// Opens a pipe or a device for writing.
 Descriptor open_special(const std::string& path, mode_t mode) {
   if (S_ISDIR(mode)) fail(path, "is a folder, not a file");
   if (!S_ISFIFO(mode) && !S_ISCHR(mode)) fail(path, "is neither a file nor a pipe");
@@ -210,9 +211,9 @@ Descriptor open_special(const std::string& path, mode_t mode) {
 }  // namespace
 
 struct OutputFile::Impl {
-  std::string path;            // as given
-  std::string target, folder;  // resolved; empty if it is written as it comes
-  std::string temporary;       // name it has so far, if any
+  std::string path;            // as it was given
+  std::string target, folder;  // with links followed; empty for pipes and devices
+  std::string temporary;       // present name of the file, if it has one
   Existing existing = Existing::refuse;
   Descriptor file;
   std::unique_ptr<Buffer> buffer;
@@ -228,16 +229,16 @@ struct OutputFile::Impl {
       if (!file.open()) cannot_be_written(path, errno);
       return;
     }
-    if (path.empty()) fail("''", "is no name of a file");
+    if (path.empty()) fail("''", "is not the name of a file");
     struct stat status;
     const bool there = stat(path.c_str(), &status) == 0;
     if (there && !S_ISREG(status.st_mode)) {
       file = open_special(path, status.st_mode);
       return;
     }
-    // What is there by now although it was not a moment ago, another process has made: commit() finds that out.
+    // If the file exists now, but did not a moment ago, another process has made it; commit() notices that.
     if (!there && lstat(path.c_str(), &status) == 0 && S_ISLNK(status.st_mode)) {
-      fail(path, "cannot be written: is a link to nothing");
+      fail(path, "cannot be written: is a link to a file that does not exist");
     }
     if (there && existing == Existing::refuse) exists(path);
     if (there && access(path.c_str(), W_OK) != 0) cannot_be_written(path, errno);
@@ -246,7 +247,7 @@ struct OutputFile::Impl {
     folder = fs::path(target).parent_path().string();
     remove_stale(folder);
     file = Descriptor(::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666));
-    // It gets its name through /proc.
+    // commit() gives it its name by way of /proc.
     if (file.open() && (!take_lock(file.get()) || access(link_of(file.get()).c_str(), F_OK) != 0)) file.close();
     if (!file.open()) file = create_named(folder, temporary);
     if (!file.open()) {
@@ -329,7 +330,9 @@ void move_into_place(const std::string& from, const std::string& to, Existing ex
     moved = std::rename(from.c_str(), to.c_str()) == 0;
   } else {
     moved = renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0;
-    if (!moved && errno != EEXIST) {  // a file system that cannot: NFS has links, FAT has neither
+    if (!moved &&
+        errno !=
+            EEXIST) {  // this file system cannot rename without replacing: NFS can link instead, FAT can do neither
       if (link(from.c_str(), to.c_str()) == 0) {
         moved = unlink(from.c_str()) == 0;
       } else if (errno != EEXIST) {
@@ -349,7 +352,7 @@ bool same_file(const std::string& a, const std::string& b) {
   struct stat s, t;
   const bool there = (first >= 0 ? fstat(first, &s) : stat(a.c_str(), &s)) == 0;
   if (there != ((second >= 0 ? fstat(second, &t) : stat(b.c_str(), &t)) == 0)) return false;
-  // Whatever goes to /dev/null twice disturbs nobody.
+  // Two outputs may both go to /dev/null.
   if (there)
     return s.st_dev == t.st_dev && s.st_ino == t.st_ino && (!S_ISCHR(s.st_mode) || (first >= 0 && first == second));
   return resolved(a) == resolved(b);
@@ -359,7 +362,7 @@ void check_standard_output() {
   errno = 0;
   std::cout.flush();
   if (std::cout.good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
-  fail_to_write("standard output", errno);  // 0: an earlier flush has failed
+  fail_to_write("standard output", errno);  // errno is 0 if an earlier flush failed
 }
 
 }  // namespace train_derail::files

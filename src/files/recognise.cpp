@@ -36,32 +36,32 @@ constexpr std::array<Start, 9> kStarts{{{"#ROSBAG", "a bag of messages", "rosbag
                                          "ELF",
                                          "a program", ""}}};
 
-/// Tables that this program writes and reads, by names of columns that no other has.
-struct Columns {
-  Kind kind;
+/// Tables that this program writes or reads, each with the names of two columns that only it has.
+struct TableMark {
+  FileKind kind;
   const char* what;
   const char* hint;
   std::array<const char*, 2> names;
 };
-constexpr std::array<Columns, 9> kTables{{
-    {Kind::other,
+constexpr std::array<TableMark, 9> kTables{{
+    {FileKind::other,
      "a table of predicted accidents",
      "plot_validate.py takes its folder",
      {"cars_derailed", "predicted_median"}},
-    {Kind::accidents, "a table of accidents", "derail validate takes it", {"speed_mph", "cars_derailed"}},
-    {Kind::accidents,
+    {FileKind::accidents, "a table of accidents", "derail validate takes it", {"speed_mph", "cars_derailed"}},
+    {FileKind::accidents,
      "a table of reports of accidents (form 6180.54)",
      "derail validate takes it",
      {"INCDTNO", "TRNSPD"}},
-    {Kind::other, "a table of the runs of a study", "derail report takes its folder", {"run", "replicate"}},
-    {Kind::other,
+    {FileKind::other, "a table of the runs of a study", "derail report takes its folder", {"run", "replicate"}},
+    {FileKind::other,
      "a table of the runs of a validation",
      "plot_validate.py takes its folder",
      {"member", "derailed_locomotives"}},
-    {Kind::other, "a table of the summary of a study", "derail report takes its folder", {"point", "median"}},
-    {Kind::other, "a table of the states of a run", "plot_run.py takes it", {"time_s", "car"}},
-    {Kind::other, "a table of the incidents of a run", "", {"time_s", "what"}},
-    {Kind::other,
+    {FileKind::other, "a table of the summary of a study", "derail report takes its folder", {"point", "median"}},
+    {FileKind::other, "a table of the states of a run", "plot_run.py takes it", {"time_s", "car"}},
+    {FileKind::other, "a table of the incidents of a run", "", {"time_s", "what"}},
+    {FileKind::other,
      "a table of the differences of a verification",
      "plot_verify.py takes its folder",
      {"time_s", "position_m"}},
@@ -76,7 +76,7 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-/// The first line that says anything.
+/// Returns the first line that is neither empty, nor a comment, nor a YAML line "---".
 std::string first_line(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -94,13 +94,13 @@ Recognised table(const std::string& line) {
   }
   fields += ',';
   const auto column = [&](const char* name) { return has(fields, std::string(",") + name + ","); };
-  for (const Columns& t : kTables) {
+  for (const TableMark& t : kTables) {
     if (column(t.names[0]) && column(t.names[1])) return {t.kind, t.what, t.hint};
   }
-  return {Kind::other, "a table (CSV)", ""};
+  return {FileKind::other, "a table (CSV)", ""};
 }
 
-/// Keys at the left margin.
+/// Whether the text has this key of YAML at the beginning of a line.
 bool key(const std::string& text, std::string_view name) {
   for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
     const std::size_t end = at + name.size();
@@ -112,31 +112,31 @@ bool key(const std::string& text, std::string_view name) {
 Recognised document(const std::string& text) {
   const std::string line = first_line(text);
   if (line.empty()) {
-    if (text.size() == kLooked) return {};  // it may come
-    return {Kind::other, text.empty() ? "an empty file" : "a file without content", ""};
+    if (text.size() == kLooked) return {};  // the content may begin after the part that was read
+    return {FileKind::other, text.empty() ? "an empty file" : "a file without content", ""};
   }
   const std::string start = lower(line.substr(0, 15));
   if (start.compare(0, 9, "<!doctype") == 0 || start.compare(0, 5, "<html") == 0) {
-    return {Kind::other, has(text, kReportMark) ? kReport : "a page of HTML", ""};
+    return {FileKind::other, has(text, kReportMark) ? kReport : "a page of HTML", ""};
   }
-  if (start.compare(0, 7, "<launch") == 0) return {Kind::other, "a launch file", "roslaunch takes it"};
-  if (start[0] == '<') return {Kind::other, "a file of XML", ""};
+  if (start.compare(0, 7, "<launch") == 0) return {FileKind::other, "a launch file", "roslaunch takes it"};
+  if (start[0] == '<') return {FileKind::other, "a file of XML", ""};
   if (line[0] == '{') {
-    if (has(text, "\"cars_past_pod\"")) return {Kind::other, "a file of the outcome of a run (JSON)", ""};
+    if (has(text, "\"cars_past_pod\"")) return {FileKind::other, "a file of the outcome of a run (JSON)", ""};
     if (has(text, "\"plan\""))
-      return {Kind::other, "a description of a study (JSON)", "derail report takes its folder"};
+      return {FileKind::other, "a description of a study (JSON)", "derail report takes its folder"};
     if (has(text, "\"interval\"") && has(text, "\"table\"")) {
-      return {Kind::other, "a file of the scores of a validation (JSON)", "plot_validate.py takes its folder"};
+      return {FileKind::other, "a file of the scores of a validation (JSON)", "plot_validate.py takes its folder"};
     }
     return {};
   }
-  // No line of YAML that a scenario starts with has commas and no colon.
+  // The first line of a scenario or study always has a colon; a line with commas and without a colon is a table.
   const auto colon = line.find(':');
   if (std::count(line.begin(), line.end(), ',') >= 2 && colon == std::string::npos) return table(line);
-  if (key(text, "consist")) return {Kind::scenario, "a scenario", "derail run takes it"};
+  if (key(text, "consist")) return {FileKind::scenario, "a scenario", "derail run takes it"};
   if (key(text, "scenario") &&
       (key(text, "factors") || key(text, "plan") || key(text, "replicates") || key(text, "outcomes"))) {
-    return {Kind::study, "a study", "derail study takes it"};
+    return {FileKind::study, "a study", "derail study takes it"};
   }
   return {};
 }
@@ -147,48 +147,48 @@ Recognised folder(const fs::path& path) {
     return fs::exists(path / name, error);
   };
   if (there("rows.csv") || there("validation.json")) {
-    return {Kind::validation_results, "a folder with results of a validation", "plot_validate.py draws them"};
+    return {FileKind::validation_results, "a folder with results of a validation", "plot_validate.py draws them"};
   }
   if (there("verify.json")) {
-    return {Kind::verification_results, "a folder with results of a verification", "plot_verify.py draws them"};
+    return {FileKind::verification_results, "a folder with results of a verification", "plot_verify.py draws them"};
   }
-  // The journal of a validation that was stopped is described by its study too.
+  // study.json also describes the journal of a validation that was stopped.
   if (there("study.json")) {
     std::ifstream file(path / "study.json");
     std::string text(kLooked, '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
     if (has(text, "\"of each row\"")) {
-      return {Kind::validation_results, "a folder with results of a validation that was stopped",
+      return {FileKind::validation_results, "a folder with results of a validation that was stopped",
               "derail validate --resume goes on"};
     }
     if (!there("runs.csv")) {
-      return {Kind::study_results, "a folder with results of a study that was stopped, or a shard",
+      return {FileKind::study_results, "a folder with results of a study that was stopped, or a shard",
               "derail study --resume goes on, derail merge joins shards"};
     }
-    return {Kind::study_results, "a folder with results of a study", "derail report takes it"};
+    return {FileKind::study_results, "a folder with results of a study", "derail report takes it"};
   }
-  return {Kind::other, "a folder without results", ""};
+  return {FileKind::other, "a folder without results", ""};
 }
 
 }  // namespace
 
 Recognised recognise(const std::string& path) {
-  if (path == "-") return {Kind::other, "standard input", "a file is needed"};
+  if (path == "-") return {FileKind::other, "standard input", "a file is needed"};
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (error || !fs::exists(status)) return {};
   if (fs::is_directory(status)) return folder(path);
-  if (fs::is_fifo(status) || fs::is_socket(status)) return {Kind::other, "a pipe", "a file is needed"};
-  if (!fs::is_regular_file(status)) return {Kind::other, "a device", "a file is needed"};
+  if (fs::is_fifo(status) || fs::is_socket(status)) return {FileKind::other, "a pipe", "a file is needed"};
+  if (!fs::is_regular_file(status)) return {FileKind::other, "a device", "a file is needed"};
   std::ifstream file(path, std::ios::binary);
   std::string text(kLooked, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad() || (!file && !file.eof())) return {};
   text.resize(static_cast<std::size_t>(file.gcount()));
   for (const Start& s : kStarts) {
-    if (text.compare(0, s.bytes.size(), s.bytes) == 0) return {Kind::other, s.what, s.hint};
+    if (text.compare(0, s.bytes.size(), s.bytes) == 0) return {FileKind::other, s.what, s.hint};
   }
-  if (has(text, std::string_view("\0", 1))) return {Kind::other, "a binary file", ""};
+  if (has(text, std::string_view("\0", 1))) return {FileKind::other, "a binary file", ""};
   return document(text);
 }
 

@@ -1,4 +1,5 @@
-// The walk through a schema that checks the range of every number.
+/// \file
+/// Checks the range of every number of a scenario or study.
 #pragma once
 
 #include <cmath>
@@ -18,7 +19,7 @@ namespace train_derail::inputs {
   throw InputError("scenario", key, value, problem, allowed);
 }
 
-/// Throws InputError with the first key whose number is out of its range.
+/// Visitor of a schema that throws InputError for the first value out of its range.
 class Checker {
  public:
   explicit Checker(std::string prefix) : prefix_(std::move(prefix)) {}
@@ -61,7 +62,7 @@ class Checker {
   }
   template <class G, class F>
   void list(const char* key, const std::vector<G>& items, F describe_it, const Doc&, bool required) {
-    if (required && items.empty()) refuse(prefix_ + key, "", "empty train", "at least one block of cars");
+    if (required && items.empty()) refuse(prefix_ + key, "", "the train has no cars", "at least one block of cars");
     for (std::size_t i = 0; i < items.size(); ++i) {
       Checker child(fmt::format("{}{}[{}].", prefix_, key, i));
       describe_it(child, items[i]);

@@ -53,10 +53,10 @@ class Collector {
   std::vector<KeyValue>& out_;
   const std::string prefix_;
   const Scenario& scenario_;
-  const When* idle_;  // of the group
+  const When* idle_;  // reason why the group does not act; null if it acts
 };
 
-/// Sets the one key it is looking for.
+/// Visitor of the schema that sets the value of one key.
 class Setter {
  public:
   Setter(const Override& wanted, std::string prefix, bool& found)

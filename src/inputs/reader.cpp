@@ -28,15 +28,15 @@ namespace {
 
 std::string error_text(int number) { return std::generic_category().message(number); }
 
-/// Steps of a key: "consist[0].count" is consist, 0, count.
+/// A step of a key: "consist[0].count" has the steps consist, 0, count.
 struct Step {
   std::string name;
-  int index = -1;  // of a list if not negative
+  int index = -1;  // index in a list; -1: the step is a name
 };
 
 std::vector<Step> split(const Override& o) {
   const auto bad = [&] {
-    throw InputError("override", o.key, o.value, "malformed key", "names joined by '.', list items as [0], [1], ...");
+    throw InputError("override", o.key, o.value, "not a valid key", "names joined by '.', list items as [0], [1], ...");
   };
   std::vector<Step> steps;
   std::string_view rest = o.key;
@@ -73,7 +73,7 @@ void apply(YAML::Node& root, const Override& o) {
   } catch (const YamlMistake& m) {
     throw InputError("override", o.key, o.value, m.problem, m.allowed);
   }
-  if (value.IsScalar()) value.SetTag("!");  // as if in quotes: PyYAML does not read it
+  if (value.IsScalar()) value.SetTag("!");  // as if it were in quotes, because PyYAML does not read overrides
   const std::vector<Step> steps = split(o);
   YAML::Node node;
   node.reset(root);
@@ -106,7 +106,8 @@ void apply(YAML::Node& root, const Override& o) {
 Override parse_override(std::string_view text) {
   const auto equals = text.find('=');
   if (equals == std::string_view::npos || equals == 0) {
-    throw InputError("override", "", std::string(text), "not an override", "key=value, as in \"initial.speed=50 mph\"");
+    throw InputError("override", "", std::string(text), "not of the form key=value",
+                     "key=value, as in \"initial.speed=50 mph\"");
   }
   const auto trim = [](std::string_view s) {
     const auto first = s.find_first_not_of(" \t");
@@ -118,7 +119,7 @@ Override parse_override(std::string_view text) {
 
 namespace {
 
-/// Puts what `over` has into `under`, and notes where it comes from.
+/// Lays the values of `over` over those of `under`, and records in `sources` from which file each value comes.
 void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefix, const std::string& source,
               std::map<std::string, std::string>& sources) {
   std::set<std::string> seen;
@@ -134,7 +135,7 @@ void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefi
       continue;
     }
     under.remove(name);
-    under.force_insert(item.first, item.second);  // with its line number
+    under.force_insert(item.first, item.second);  // keeps its line number
     for (auto s = sources.lower_bound(key); s != sources.end() && s->first.compare(0, key.size(), key) == 0;) {
       const bool inside = s->first.size() == key.size() || s->first[key.size()] == '.' || s->first[key.size()] == '[';
       s = inside ? sources.erase(s) : std::next(s);
@@ -143,7 +144,7 @@ void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefi
   }
 }
 
-/// `chain`: the files that have led here, resolved.
+/// Completes a tree by its bases, see layers(). `chain`: paths of the files that have led here, links followed.
 Layers layers_of(const YAML::Node& tree, const std::string& source, const std::string& folder,
                  const std::function<void(const std::string&)>& before_reading, std::vector<std::string> chain) {
   namespace fs = std::filesystem;
@@ -158,7 +159,8 @@ Layers layers_of(const YAML::Node& tree, const std::string& source, const std::s
   std::error_code ignored;
   const std::string resolved = fs::weakly_canonical(path, ignored).string();
   if (std::find(chain.begin(), chain.end(), resolved) != chain.end()) {
-    refuse(fmt::format("leads back to itself: {} -> {}", fmt::join(chain, " -> "), resolved), "a file that does not");
+    refuse(fmt::format("the base files form a circle: {} -> {}", fmt::join(chain, " -> "), resolved),
+           "a file that does not lead back to this one");
   }
   chain.push_back(resolved);
   if (chain.size() > kBasesMax + 1) {
@@ -191,13 +193,13 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
 }
 
 Scenario read_scenario(const Layers& layers, const std::string& source, const std::vector<Override>& overrides) {
-  // A copy has no line numbers any more.
+  // Copied only if needed, because a copy loses the line numbers.
   YAML::Node root = overrides.empty() ? layers.tree : YAML::Clone(layers.tree);
   if (!overrides.empty() && !root.IsMap())
     throw InputError(source, "", written(root), "not a group of keys", "key: value lines");
   for (const Override& o : overrides) apply(root, o);
 
-  Places places;
+  KeyPlaces places;
   Scenario scenario;
   TreeReader reader(root, "", source, overrides, places, layers.sources);
   describe(reader, scenario);
@@ -216,7 +218,7 @@ std::string read_file(const std::string& path, std::size_t bytes_max) {
   const auto refuse = [&](const std::string& problem, const std::string& allowed) -> InputError {
     return {path, "", "", problem, allowed};
   };
-  // Opening a FIFO would wait for a writer for ever, opening some devices does things.
+  // Looked at before opening: opening a pipe would wait for a writer, and opening some devices starts an action.
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
   const auto check = [&] {
@@ -236,8 +238,8 @@ std::string read_file(const std::string& path, std::size_t bytes_max) {
   } const file{::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)};
   if (file.number < 0 || ::fstat(file.number, &status) != 0)
     throw refuse(std::string("cannot be read: ") + error_text(errno), "");
-  check();  // another may have taken its place
-  const auto too_long = [&] { return refuse("too long a file", fmt::format("at most {} bytes", bytes_max)); };
+  check();  // another file may have taken its place since
+  const auto too_long = [&] { return refuse("file too long", fmt::format("at most {} bytes", bytes_max)); };
   if (static_cast<std::uintmax_t>(status.st_size) > bytes_max) throw too_long();
   std::string text;
   std::vector<char> block(std::size_t{64} * 1024);
@@ -247,7 +249,7 @@ std::string read_file(const std::string& path, std::size_t bytes_max) {
     if (got < 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
     if (got == 0) return text;
     text.append(block.data(), static_cast<std::size_t>(got));
-    if (text.size() > bytes_max) throw too_long();  // it grows, or its size is not known beforehand
+    if (text.size() > bytes_max) throw too_long();  // the file grows, or its size was not known before
   }
 }
 

@@ -1,5 +1,6 @@
-// Every key of a scenario: name, unit, range, meaning. The one place; reading, checking, writing and listing all walk
-// it.
+/// \file
+/// The schema: every key of a scenario with its name, unit, range and meaning. Reading, checking, writing and listing
+/// of scenarios all go through these functions, so a key is described nowhere else.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +17,11 @@ namespace train_derail::inputs {
 
 struct Range {
   double min = -kInfinity, max = kInfinity;
-  bool min_open = false, infinite = false;  // is min itself excluded; is .inf allowed
+  bool min_open = false, infinite = false;  // whether min itself is excluded; whether .inf is allowed
 
   bool contains(double v) const {
     if (v == kInfinity) return infinite;
-    return v != -kInfinity && (min_open ? v > min : v >= min) && v <= max;  // false for NaN
+    return v != -kInfinity && (min_open ? v > min : v >= min) && v <= max;  // NaN is never allowed
   }
   std::string text(const std::string& unit) const {
     const std::string u = unit == "1" ? "" : " " + unit;
@@ -38,9 +39,9 @@ inline Range between(double min, double max) { return {min, max, false, false}; 
 inline Range above_up_to(double min, double max) { return {min, max, true, false}; }
 inline Range between_or_infinite(double min, double max) { return {min, max, false, true}; }
 
-/// `unit` is the SI unit in UDUNITS notation, `shown` the one people read ("" if the same). Outside of `range`, which
-/// holds every train that can be thought of, a value is refused; outside of `usual`, which holds the trains there are,
-/// a warning is given.
+/// Units and ranges of a number. `unit` is the SI unit in UDUNITS notation, `shown` the unit that people read ("" if it
+/// is the same). A value outside of `range`, which holds every train that is possible, is refused. A value outside of
+/// `usual`, which holds real trains, gives a warning.
 struct Quantity {
   const char* unit;
   const char* shown;
@@ -56,6 +57,13 @@ inline Quantity required(Quantity q) {
 
 template <class E>
 using Names = std::pair<std::string_view, E>;
+
+/// What a choice is called in files.
+template <class E, std::size_t N>
+std::string name_of(const std::array<Names<E>, N>& names, E value) {
+  const auto found = std::find_if(names.begin(), names.end(), [&](const Names<E>& n) { return n.second == value; });
+  return found == names.end() ? "" : std::string(found->first);
+}
 
 inline constexpr std::array<Names<OnTrackLaw>, 4> kOnTrackLaws{{{"isotropic", OnTrackLaw::isotropic},
                                                                 {"along_track", OnTrackLaw::along_track},
@@ -79,7 +87,7 @@ inline constexpr std::array<Names<ContactLaw>, 2> kContactLaws{
 
 inline constexpr int kCarsMax = 1000;
 inline const Range kYawInertiaFactors = between(0.01, 0.25), kUsualYawInertiaFactors = between(0.06, 0.13);
-inline const Range kPlaces = between(-1e5, 1e5);  // along and across the track
+inline const Range kPlaces = between(-1e5, 1e5);  // positions along and across the track [m]
 inline constexpr std::size_t kCurvesMax = 1000, kPatchesMax = 1000;
 
 /// A part that only the extended model has, and that a scenario may switch on.
@@ -139,10 +147,11 @@ inline const std::array<PartInput, 15> kParts{{
      true},
 }};
 
-/// When a key acts: a value that the laws which the scenario has chosen do not use has no effect, and that is said.
+/// The condition under which a key has an effect. If the scenario chooses laws that do not use the key, a warning says
+/// so.
 struct When {
   bool (*holds)(const Scenario&);
-  const char* text;  // "it acts with ..."
+  const char* text;  // the condition in words, after "it acts with"
 };
 inline constexpr When kOnRails{[](const Scenario& s) { return s.ground.on_track_law == OnTrackLaw::rails; },
                                "ground.on_track_law: rails"};
@@ -181,71 +190,76 @@ inline constexpr When kErrorControl{
     [](const Scenario& s) { return s.solver.method != Method::semi_implicit && !s.solver.fixed_step; },
     "solver.method: cash_karp, dormand_prince or bdf, without solver.fixed_step"};
 
-/// What is said of a key: its meaning, and when it acts (of a group: when any of it does). Null: always.
+/// The meaning of a key or group, and when it has an effect; null: always.
 struct Doc {
   Doc(const char* meaning, const When* acts_when = nullptr) : text(meaning), when(acts_when) {}
   const char* text;
   const When* when;
 };
 
-/// What keeps a key from acting in this scenario, null if nothing does; `outer` is the answer for its group.
+/// Returns the condition that keeps a key from having an effect in this scenario, or null if it has one. `outer` is the
+/// same for the group of the key.
 inline const When* idle_because(const Scenario& s, const When* outer, const Doc& doc) {
   return outer != nullptr ? outer : doc.when != nullptr && !doc.when->holds(s) ? doc.when : nullptr;
 }
 
-// A visitor has text, number, integer, choice, group, list. S, C, ... are const or not as the visitor needs.
+// Each function below shows one group of keys to a visitor, which has the members text, number, integer, choice, group
+// and list. The group (S, C, ...) is const or not, as the visitor needs.
 
 template <class V, class C>
 void describe_block(V& v, C& c) {
   v.text("name", c.name,
          "Body shown in pictures: tank_car, hopper, boxcar, locomotive; a plain box for any other name.");
   v.integer("count", c.count, between(1, kCarsMax), true, "Number of equal cars in this block.");
-  v.number("length", c.length, required({"m", "ft", between(1, 100), between(5, 30)}), "L, between the coupler pins.");
+  v.number("length", c.length, required({"m", "ft", between(1, 100), between(5, 30)}),
+           "L, length between the coupler pins.");
   v.number("weight", c.weight, required({"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)}),
-           "W, on the rails (a force).");
+           "W, weight of a car (a force).");
   v.number("width", c.width, {"m", "ft", between(0.01, 20), between(2, 4.5)},
            "Width of the footprint, for contacts and pictures.");
   v.number("truck_spacing", c.truck_spacing, {"m", "ft", between(0.5, 100), between(2, 25)},
-           "D, between truck centres; or truck_spacing_factor.");
+           "D, distance between the truck centres; or give truck_spacing_factor.");
   v.number("truck_spacing_factor", c.truck_spacing_factor, {"1", "", between(0.05, 1), between(0.4, 0.9)},
            "D / L (0.71 if neither is given).");
   v.number("yaw_inertia", c.yaw_inertia, {"kg m2", "slug ft2", between(1, 1e10)},
-           "I, about the vertical axis through the centre of mass; or yaw_inertia_factor.");
+           "I, about the vertical axis through the centre of mass; or give yaw_inertia_factor.");
   v.number("yaw_inertia_factor", c.yaw_inertia_factor, {"1", "", kYawInertiaFactors, kUsualYawInertiaFactors},
            "I / (M L^2) (0.093 if neither is given; a slender rod has 1/12).");
   v.number("brake_share", c.brake_share, {"1", "", between(0, 10), between(0, 3)},
            {"Share of brakes.force that these cars develop; 0: cut out.", &kAirBrakes});
   v.choice("brake_source", c.brake_source, kBrakeSources,
-           {"remote: distributed power or an end-of-train device, which vents the brake pipe by radio.", &kPneumatic});
+           {"remote: distributed power or an end-of-train device, which opens the brake pipe when it is told by radio.",
+            &kPneumatic});
 }
 
 template <class V, class C>
 void describe_coupler(V& v, C& c) {
-  v.number("length", c.length, {"m", "ft", between(0.1, 10), between(0.4, 3)}, "G0, between the pins at mid-slack.");
+  v.number("length", c.length, {"m", "ft", between(0.1, 10), between(0.4, 3)},
+           "G0, gap between the pins at mid-slack.");
   v.number("slack", c.slack, {"m", "ft", between(0, 5), between(0, 0.3)},
-           "s, whole dead band of the gap, half to either side of G0.");
+           "s, whole range of the gap without axial force, half on either side of G0.");
   v.number("stiffness", c.stiffness, {"N/m", "lbf/ft", between(0, 1e12), between(1e6, 1e10)},
            "K, in buff and in draft, outside the slack.");
   v.number("swing_limit", c.swing_limit, {"rad", "deg", between(0, 3.14159265358979), between(0, 0.8)},
-           "S, free swing to either side.");
+           "S, swing to either side at which the swing stop begins.");
   v.number("swing_stiffness", c.swing_stiffness, {"N m/rad", "lbf ft/rad", between(0, 1e12), between(0, 1e9)},
-           "K_m, slope of the end moment beyond the limit.");
+           "K_m, stiffness of the swing stop.");
   v.number("swing_moment_max", c.swing_moment_max,
            {"N m", "lbf ft", between_or_infinite(0, 1e12), between_or_infinite(1e3, 1e8)},
-           {"m_max, plateau of the end moment.", &kSwingStop});
+           {"m_max, largest moment of the swing stop.", &kSwingStop});
   v.number("draft_gear_stiffness", c.draft_gear_stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e5, 1e9)},
-           {"k_1, over the first draft_gear_travel beyond the slack.", &kDraftGear});
+           {"k_1, stiffness over draft_gear_travel, beyond the slack.", &kDraftGear});
   v.number("draft_gear_travel", c.draft_gear_travel, {"m", "ft", between(0, 2), between(0, 0.5)},
-           "Travel of the draft gears of a coupled pair; then K. 0: none, K at once.");
+           "Travel of the draft gears of both cars; beyond it K acts. 0: no draft gear.");
   v.number("damping_ratio", c.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
-           "Of two cars on the first spring; damping never turns the force round.");
+           "Damping ratio of two cars on the first spring; damping never changes the sign of the force.");
   v.number("break_draft", c.break_draft, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(3e5, 6e6)},
            "Draft force at which the coupler breaks.");
   v.number("break_swing", c.break_swing, {"rad", "deg", between_or_infinite(1e-3, 100), between_or_infinite(0.1, 2)},
-           "Swing angle, at either end, at which it breaks.");
+           "Swing at either end at which the coupler breaks.");
   v.number("break_moment", c.break_moment,
            {"N m", "lbf ft", between_or_infinite(1, 1e12), between_or_infinite(1e4, 1e8)},
-           "Sum of the end moments at which it breaks.");
+           "Sum of the end moments at which the coupler breaks.");
 }
 
 template <class V, class G>
@@ -253,22 +267,23 @@ void describe_ground(V& v, G& g) {
   v.number("on_track_friction", g.on_track_friction, {"1", "", between(0, 10), between(0, 0.5)},
            {"mu of a car before the point of derailment (emergency braking).", &kFrictionBrakes});
   v.number("off_track_friction", g.off_track_friction, {"1", "", between(0, 10), between(0.05, 1.5)},
-           {"mu of a car past it.", &kCoulombGround});
-  v.choice("on_track_law", g.on_track_law, kOnTrackLaws, "What a car on the track feels sideways (docs/model.md).");
+           {"mu of a car past the point of derailment.", &kCoulombGround});
+  v.choice("on_track_law", g.on_track_law, kOnTrackLaws, "Lateral force on a car on the track (docs/model.md).");
   v.number("regularization_speed", g.regularization_speed, {"m/s", "ft/s", between(1e-6, 100), between(1e-3, 2)},
            "v_eps: the friction force is mu W / 2 * v / sqrt(v^2 + v_eps^2).");
   v.choice("off_track_law", g.off_track_law, kOffTrackLaws,
            "coulomb: off_track_friction; by_slip: grows with slip angle and distance from the track.");
   v.number("in_line_friction", g.in_line_friction, {"1", "", between(0, 10), between(0, 1)},
-           {"mu_0 of by_slip: along the car's axis, on the track's bed.", &kSlipGround});
+           {"mu_0 of by_slip: for a truck that slides along its car's axis on the track bed.", &kSlipGround});
   v.number("broadside_friction", g.broadside_friction, {"1", "", between(0, 10), between(0.05, 1.5)},
-           {"mu_1 of by_slip: across the axis, or far from the track.", &kSlipGround});
+           {"mu_1 of by_slip: for a truck that slides across that axis, or far from the track.", &kSlipGround});
   v.number("slip_ratio", g.slip_ratio, {"1", "", between(1e-3, 1), between(0.05, 1)},
            {"|v across the axis| / |v| at which mu_1 is reached.", &kSlipGround});
   v.number("far_distance", g.far_distance, {"m", "ft", between(1e-3, 1e3), between(0.3, 30)},
            {"Distance beyond the rail at which mu_1 is reached.", &kSlipGround});
   v.list(
-      "patches", g.patches, [](auto& w, auto& p) { describe_patch(w, p); }, "Rectangles of other ground.", false);
+      "patches", g.patches, [](auto& w, auto& p) { describe_patch(w, p); }, "Rectangles of ground with other friction.",
+      false);
 }
 
 template <class V, class P>
@@ -285,11 +300,12 @@ template <class V, class R>
 void describe_rails(V& v, R& r) {
   v.number("stiffness", r.stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e6, 1e9)},
            "k_r, lateral stiffness of the rails under a truck.");
-  v.number("damping_ratio", r.damping_ratio, {"1", "", between(0, 2), between(0, 1)}, "Of half a car on k_r.");
+  v.number("damping_ratio", r.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
+           "Damping ratio of half a car on k_r.");
   v.number("derail_ratio", r.derail_ratio, {"1", "", between_or_infinite(0, 1e3), between_or_infinite(0.3, 3)},
            "L/V: lateral force over load of a truck beyond which it leaves the rails.");
   v.number("derail_time", r.derail_time, {"s", "", between(0, 1), between(0, 0.3)},
-           {"... if exceeded for longer than this.", &kYieldingRails});
+           {"Time for which derail_ratio must be exceeded before the truck leaves the rails.", &kYieldingRails});
   v.number("torn_length", r.torn_length, {"m", "ft", between(0, 100), between(0, 30)},
            {"Length of track that a truck tears up where it leaves the rails; 0: none.", &kYieldingRails});
 }
@@ -297,7 +313,7 @@ void describe_rails(V& v, R& r) {
 template <class V, class C>
 void describe_curve(V& v, C& c) {
   v.number("start", c.start, required({"m", "ft", kPlaces}), "Along the track from the point of derailment, forward.");
-  v.number("length", c.length, required({"m", "ft", between(0.01, 1e5)}), "Of the arc.");
+  v.number("length", c.length, required({"m", "ft", between(0.01, 1e5)}), "Length of the arc.");
   v.number("curvature", c.curvature, required({"1/m", "deg/(100 ft)", between(-0.02, 0.02), between(-0.012, 0.012)}),
            "One over the radius, to the left positive.");
 }
@@ -316,21 +332,21 @@ void describe_brakes(V& v, B& b) {
   v.choice("law", b.law, kBrakeLaws,
            "friction: ground.on_track_friction on every car at once, as in the paper; air: an emergency application.");
   v.number("rolling_resistance", b.rolling_resistance, {"1", "", between(0, 1), between(0, 0.02)},
-           {"Of a car on the rails, over its weight.", &kAirBrakes});
+           {"Rolling resistance of a car on the rails over its weight.", &kAirBrakes});
   v.number("force", b.force, {"1", "", between(0, 1), between(0, 0.2)},
-           {"B: brake force over weight, built up; 0: a runaway.", &kAirBrakes});
+           {"B: full brake force over weight; 0: a runaway train.", &kAirBrakes});
   v.number("build_up_time", b.build_up_time, {"s", "", between(0, 1e3), between(0, 60)},
-           {"t_b, from nothing to B.", &kAirBrakes});
+           {"t_b, time in which the force rises from 0 to B.", &kAirBrakes});
   v.number("dead_time", b.dead_time, {"s", "", between(0, 1e3), between(0, 10)},
-           {"Of each car's valve, after the signal.", &kAirBrakes});
+           {"Delay of each car's valve after the signal.", &kAirBrakes});
   v.number("propagation_speed", b.propagation_speed,
            {"m/s", "ft/s", between_or_infinite(1, 1e5), between_or_infinite(100, 400)},
-           {"Of the signal along the brake pipe.", &kPneumatic});
+           {"Speed of the signal along the brake pipe.", &kPneumatic});
   v.number("radio_delay", b.radio_delay, {"s", "", between(0, 1e3), between(0, 20)},
-           {"Of brake sources that vent by radio.", &kRadio});
+           {"Delay of brake sources that are told by radio.", &kRadio});
   v.choice("signal", b.signal, kBrakeSignals, {"electronic (ECP): all cars at once.", &kAirBrakes});
   v.number("emergency_time", b.emergency_time, {"s", "", between(-1e4, 1e5), between(-120, 300)},
-           {"Of the application; left out: when the first coupler breaks.", &kAirBrakes});
+           {"Time of the emergency application; left out: when the first coupler breaks.", &kAirBrakes});
 }
 
 template <class V, class C>
@@ -338,12 +354,13 @@ void describe_contact(V& v, C& c) {
   v.choice("law", c.law, kContactLaws,
            "none: bodies pass through each other, as in the paper; elastic: they push each other apart.");
   v.number("stiffness", c.stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e6, 1e9)},
-           {"k_c, force over depth of two footprints.", &kContact});
+           {"k_c, force over depth of the overlap of two footprints.", &kContact});
   v.number("restitution", c.restitution, {"1", "", between(0, 1), between(0, 0.9)},
-           {"Speed after over speed before, of a central hit.", &kContact});
-  v.number("friction", c.friction, {"1", "", between(0, 10), between(0, 1)}, {"Between two bodies.", &kContact});
+           {"Speed after over speed before a central impact.", &kContact});
+  v.number("friction", c.friction, {"1", "", between(0, 10), between(0, 1)},
+           {"Friction coefficient between two bodies.", &kContact});
   v.number("crush_force", c.crush_force, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(1e6, 2e7)},
-           {"Force at which the bodies yield.", &kContact});
+           {"Largest normal force; beyond it the bodies are crushed.", &kContact});
 }
 
 template <class V, class P>
@@ -353,7 +370,7 @@ void describe_perturbation_sizes(V& v, P& p) {
   v.number("yaw_rate", p.yaw_rate, {"1", "", between(0, 10), between(0, 0.5)},
            "Omega is multiplied by 1 + this times N(0,1).");
   v.number("kick", p.kick, {"m/s", "ft/s", between(0, 100), between(0, 2)},
-           "A truck that runs off at the point of derailment gets this times N(0,1) sideways (rails).");
+           "A truck that derails at the point of derailment gets this times N(0,1) sideways (rails).");
   v.number("alignment", p.alignment, {"m", "ft", between(0, 10), between(0, 0.05)},
            "Standard deviation of the lateral alignment of the rails.");
 }
@@ -361,7 +378,8 @@ void describe_perturbation_sizes(V& v, P& p) {
 template <class V, class P>
 void describe_perturbation(V& v, P& p) {
   describe_perturbation_sizes(v, p);
-  v.integer("seed", p.seed, between(0, 9007199254740992.0), false, {"Seed of them all.", &kPerturbed});
+  v.integer("seed", p.seed, between(0, 9007199254740992.0), false,
+            {"Seed of all random differences of the run.", &kPerturbed});
 }
 
 template <class V, class I>
@@ -388,9 +406,9 @@ void describe_stop(V& v, S& s) {
 template <class V, class O>
 void describe_outcome(V& v, O& o) {
   v.number("off_track_threshold", o.off_track_threshold, {"m", "ft", between(1e-4, 100), between(0.02, 1)},
-           "A car counts as off the track once a truck centre has been sideways by more.");
+           "A car is off the track once a truck centre has been farther than this from the centre line.");
   v.number("sample_interval", o.sample_interval, {"s", "", between(1e-6, 1), between(1e-4, 0.1)},
-           "Spacing of the samples in which counts, contacts and the stop rule are looked at.");
+           "Time between the samples in which counts, touches and the stop rule are checked.");
 }
 
 template <class V, class O>
@@ -410,9 +428,9 @@ void describe_solver(V& v, S& s) {
            {"Absolute tolerance of the local error in m, rad, m/s, rad/s.", &kErrorControl});
   v.number("fixed_step", s.fixed_step, {"s", "", between(1e-8, 1), between(1e-6, 0.01)},
            "This step instead of error control; not for bdf; semi_implicit must have it.");
-  v.integer("steps_max", s.steps_max, between(1, 1e12), false, "More steps are taken for a failure.");
+  v.integer("steps_max", s.steps_max, between(1, 1e12), false, "A run that needs more steps has failed.");
   v.number("wall_time_max", s.wall_time_max, {"s", "", between_or_infinite(1e-9, 1e9)},
-           "More computing than this, by the clock on the wall, is taken for a failure.");
+           "A run that needs more computing time, by the clock on the wall, has failed.");
 }
 
 template <class V, class S>

@@ -1,4 +1,5 @@
-// Reads YAML maps into described structs (schema.hpp): scenarios, studies.
+/// \file
+/// Reads YAML into a scenario or study, by its schema.
 #pragma once
 
 #include <map>
@@ -17,12 +18,12 @@
 
 namespace train_derail::inputs {
 
-/// Where each key stands and what is written there, for errors that are found later.
-struct Place {
+/// Where a key is in the file and what is written there, for errors that are found later.
+struct KeyPlace {
   std::string where;
   YAML::Node node;
 };
-using Places = std::map<std::string, Place>;
+using KeyPlaces = std::map<std::string, KeyPlace>;
 
 inline std::string located(const std::string& source, const YAML::Mark& mark) {
   return mark.is_null() || mark.line < 0 ? source : fmt::format("{}:{}", source, mark.line + 1);
@@ -38,12 +39,12 @@ inline std::string written(const YAML::Node& node) {
   return out.c_str();
 }
 
-/// Visitor of a description (schema.hpp) that fills values from a YAML map and says exactly what is wrong in it.
+/// Visitor of a schema that reads the values from a YAML map. Errors name the file, line, key and value.
 class TreeReader {
  public:
-  /// `sources`: as in Layers, for keys that come from elsewhere than `source`.
+  /// `sources`: files of keys that come from a base, as in Layers.
   TreeReader(YAML::Node node, std::string prefix, std::string source, const std::vector<Override>& overrides,
-             Places& places, std::map<std::string, std::string> sources = {})
+             KeyPlaces& places, std::map<std::string, std::string> sources = {})
       : node_(std::move(node)),
         prefix_(std::move(prefix)),
         source_(std::move(source)),
@@ -68,12 +69,12 @@ class TreeReader {
     if (!n) return;
     value = scalar(key, n, "text");
     if (n.Tag() == "?" && rewritten_number(value)) {
-      fail(key, n, "a number where text is wanted: roslaunch (YAML 1.1) would write it otherwise",
+      fail(key, n, "a number where a text is needed; roslaunch (YAML 1.1) would change its digits",
            "\"" + value + "\" in quotes");
     }
   }
 
-  /// A value of any kind, kept as written.
+  /// Reads a value of any kind as the text that is written.
   void value(const char* key, std::string& value, const Doc&) {
     if (const YAML::Node n = find(key, false, "a value")) value = scalar(key, n, "a value");
   }
@@ -119,7 +120,7 @@ class TreeReader {
   void group(const char* key, G& g, F describe_it, const Doc&) {
     if (const YAML::Node n = find(key, false, "")) {
       read_child(n, source_, prefix_ + key, g, describe_it);
-    } else {  // its required keys are still asked for, by name
+    } else {  // the group is missing: its required keys are reported by their names
       read_child(YAML::Node(YAML::NodeType::Map), located(source_, node_.Mark()), prefix_ + key, g, describe_it);
     }
   }
@@ -137,7 +138,7 @@ class TreeReader {
     }
   }
 
-  /// A list of plain values, each as written.
+  /// Reads a list of values as the texts that are written.
   void texts(const char* key, std::vector<std::string>& values, const Doc&) {
     const YAML::Node n = find(key, false, "a list of values");
     if (!n) return;
@@ -146,12 +147,12 @@ class TreeReader {
     for (const auto& item : n) values.push_back(scalar(key, item, "[value, value, ...]"));
   }
 
-  /// After describing: every key that stands here has been asked for.
+  /// Throws InputError if the map has a key that the schema did not ask for.
   void finish() const {
     for (const auto& item : node_) {
       const std::string key = written(item.first);
       if (asked_.count(key) != 0) continue;
-      if (prefix_.empty() && key.compare(0, 2, "x-") == 0) continue;  // a place for anchors
+      if (prefix_.empty() && key.compare(0, 2, "x-") == 0) continue;  // keys with x- are only there for anchors
       std::string allowed;
       for (const auto& name : asked_) allowed += (allowed.empty() ? "" : ", ") + name;
       throw InputError(where(prefix_ + key, item.first), prefix_ + key, written(item.second), "unknown key", allowed);
@@ -173,7 +174,7 @@ class TreeReader {
     return located(source_of(path), node.Mark());
   }
 
-  /// Of the nearest key around it that is known to come from elsewhere.
+  /// Returns the file that a key comes from: that of the nearest group around it with an entry in `sources_`.
   const std::string& source_of(std::string path) const {
     if (sources_.empty()) return source_;
     for (;;) {
@@ -193,13 +194,13 @@ class TreeReader {
       return YAML::Node(YAML::NodeType::Undefined);
     }
     std::string place = where(prefix_ + key, n);
-    if (n.IsNull()) {  // stands at the next key
+    if (n.IsNull()) {  // yaml-cpp gives the line of the next key for it
       for (const auto& item : node_) {
         if (item.second.is(n)) place = where(prefix_ + key, item.first);
       }
-      if (*allowed.c_str() != '\0') throw InputError(place, prefix_ + key, written(n), "nothing stands here", allowed);
+      if (*allowed.c_str() != '\0') throw InputError(place, prefix_ + key, written(n), "the value is missing", allowed);
     }
-    places_.insert_or_assign(prefix_ + key, Place{place, n});
+    places_.insert_or_assign(prefix_ + key, KeyPlace{place, n});
     return n;
   }
 
@@ -209,7 +210,7 @@ class TreeReader {
   }
 
   std::string scalar(const char* key, const YAML::Node& n, const std::string& allowed) const {
-    if (!n.IsScalar()) fail(key, n, "a single value is wanted here", allowed);
+    if (!n.IsScalar()) fail(key, n, "must be a single value", allowed);
     return n.Scalar();
   }
 
@@ -233,7 +234,7 @@ class TreeReader {
   const YAML::Node node_;
   const std::string prefix_, source_;
   const std::vector<Override>& overrides_;
-  Places& places_;
+  KeyPlaces& places_;
   const std::map<std::string, std::string> sources_;
   std::set<std::string> asked_;
 };

@@ -37,8 +37,8 @@ using Converter = std::unique_ptr<cv_converter, ConverterDeleter>;
 
 std::string quoted(std::string_view text) { return "'" + printable(text, kShownMax) + "'"; }
 
-/// Units with an SI prefix that trains are measured in. UDUNITS takes any prefix before any name, and so "kmph" for
-/// 1000 mph, "Mkip" and "mmph"; here others are unknown.
+/// Whether a name is a unit with an SI prefix as railroads use it. UDUNITS accepts any prefix before any name, so that
+/// "kmph" would be 1000 mph, and "Mkip" and "mmph" would be units. Such names are unknown here.
 bool known_with_prefix(std::string_view name) {
   struct Prefixes {
     std::string_view base;
@@ -70,8 +70,9 @@ bool known_with_prefix(std::string_view name) {
   return false;
 }
 
-/// The unit database, read at first use. One for the process, behind a lock: the library never frees all of a database,
-/// and its parser is not made for several threads. To be used in the C locale.
+/// The unit database of UDUNITS, read when it is first used. There is one for the process, behind a lock: the library
+/// never frees all memory of a database, and its parser must not be used by several threads at once. It must be used in
+/// the C locale.
 class Database {
  public:
   static Database& instance() {
@@ -83,7 +84,7 @@ class Database {
 
   Unit parse(const std::string& text) const { return Unit(ut_parse(system_.get(), text.c_str(), UT_UTF8)); }
 
-  /// Whether a name stands for a unit as it is, or with a prefix that is meant.
+  /// Whether a name is a unit without a prefix, or one with a usual prefix.
   bool knows(const std::string& name) const {
     if (known_with_prefix(name)) return true;
     return Unit(ut_get_unit_by_name(system_.get(), name.c_str())) ||
@@ -98,7 +99,7 @@ class Database {
     return cv_convert_double(Converter(ut_get_converter(from.get(), to.get())).get(), value);
   }
 
-  /// Whether an angle is in it: UDUNITS takes radians for pure numbers.
+  /// Whether a unit contains an angle. UDUNITS itself takes radians for pure numbers.
   static bool angular(const Unit& unit) {
     std::array<char, 256> text{};
     const int length = ut_format(unit.get(), text.data(), text.size() - 1, UT_ASCII | UT_DEFINITION);
@@ -115,7 +116,7 @@ class Database {
     system_.reset(ut_read_xml(nullptr));
     if (!system_)
       throw std::runtime_error("UDUNITS-2 cannot read its unit database (environment variable UDUNITS2_XML_PATH?)");
-    // Names railways use; without these UDUNITS would read "mph" as milliphot.
+    // Names that railroads use. Without these, UDUNITS would read "mph" as milliphot.
     alias("mph", "mile/hour");
     alias("kph", "km/hour");
     alias("deg", "arc_degree");
@@ -133,8 +134,7 @@ class Database {
   std::unique_ptr<ut_system, SystemDeleter> system_;
 };
 
-/// Units that nearly every scenario has. UDUNITS knows them as well; but reading its database takes longer than most
-/// runs.
+/// Units that nearly every scenario uses. UDUNITS knows them too, but reading its database takes longer than most runs.
 struct CommonUnit {
   std::string_view unit, si_unit;
   double in_si;
@@ -154,7 +154,7 @@ constexpr CommonUnit kCommonUnits[] = {
     {"rad/s", "rad/s", 1.0},
 };
 
-/// Null if it is none of them.
+/// Returns the common unit, or null if it is none of them.
 const CommonUnit* common_unit(std::string_view unit, std::string_view si_unit) {
   for (const CommonUnit& c : kCommonUnits) {
     if (c.unit == unit && c.si_unit == si_unit) return &c;
@@ -162,7 +162,7 @@ const CommonUnit* common_unit(std::string_view unit, std::string_view si_unit) {
   return nullptr;
 }
 
-/// What to write for each quantity that inputs have, the usual first.
+/// Units to be proposed for each SI unit of an input, the usual one first.
 struct Advice {
   std::string_view si_unit;
   std::initializer_list<const char*> units;
@@ -181,7 +181,7 @@ const std::initializer_list<Advice> kAdvice{
     {"1/m", {"deg/(100 ft)", "1/m", "1/km"}},
     {"1", {"percent"}}};
 
-/// Letters and digits alone, in lower case.
+/// Returns only the letters and digits of a unit, in lower case.
 std::string bare(std::string_view unit) {
   std::string out;
   for (const char c : unit) {
@@ -191,7 +191,7 @@ std::string bare(std::string_view unit) {
   return out;
 }
 
-/// Whether one letter put in, taken out, changed, or two neighbours exchanged make `b` of `a`.
+/// Whether `a` becomes `b` by one slip: a letter added, left out or changed, or two neighbours exchanged.
 bool one_slip(std::string_view a, std::string_view b) {
   const auto same = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
   a.remove_prefix(static_cast<std::size_t>(same.first - a.begin()));
@@ -201,7 +201,7 @@ bool one_slip(std::string_view a, std::string_view b) {
   return exchanged || rest(a, 1) == rest(b, 1) || rest(a, 1) == b || a == rest(b, 1);
 }
 
-/// " (probably km/h)", or the units there are for the quantity.
+/// Returns " (probably km/h)" if the unit seems to be misspelt, else a list of the units for this SI unit.
 std::string advice(std::string_view unit, std::string_view si_unit) {
   const auto* known =
       std::find_if(kAdvice.begin(), kAdvice.end(), [&](const Advice& a) { return a.si_unit == si_unit; });
@@ -263,13 +263,13 @@ std::string advice(std::string_view unit, std::string_view si_unit) {
 
 bool digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
-/// The unit as UDUNITS is to read it: names that are known as they are, joined by spaces, '*', '.', '-', '/' or "per",
-/// with whole exponents, and numbers in parentheses alone, as in "deg/(100 ft)". UDUNITS itself takes much more: "37
-/// mph 2" for 74 mph.
+/// Checks a unit and returns it as UDUNITS reads it. Allowed are known names, joined by spaces, '*', '.', '-', '/' or
+/// "per", with whole exponents. Numbers are allowed only in parentheses, as in "deg/(100 ft)". UDUNITS itself accepts
+/// more, for example "37 mph 2" as 74 mph.
 std::string checked(const Database& units, std::string_view text, std::string_view si_unit) {
   std::string out;
   const auto unknown = [&] { refuse("unknown unit " + quoted(text) + advice(text, si_unit)); };
-  bool after_name = false;  // an exponent may follow
+  bool after_name = false;  // whether an exponent may follow
   int open = 0;
   for (std::string_view rest = text; !rest.empty();) {
     const files::Character c = files::first_character(rest);
@@ -297,21 +297,21 @@ std::string checked(const Database& units, std::string_view text, std::string_vi
       after_name = true;
       continue;
     }
-    if (c.code == 0xb2 || c.code == 0xb3) {  // squared, cubed
+    if (c.code == 0xb2 || c.code == 0xb3) {  // the characters for squared and cubed
       if (!after_name) unknown();
       out += c.code == 0xb2 ? '2' : '3';
       after_name = false;
       rest.remove_prefix(c.bytes);
       continue;
     }
-    if (c.code == 0xb7 || c.code == 0x22c5) {  // dots of multiplication
+    if (c.code == 0xb7 || c.code == 0x22c5) {  // the dots that stand for multiplication
       out += ' ';
       after_name = false;
       rest.remove_prefix(c.bytes);
       continue;
     }
     if (!c.valid || c.code >= 0x80) {
-      refuse(fmt::format("unit {} with a character that belongs to none (U+{:04X})", quoted(text),
+      refuse(fmt::format("unit {} has a character that no unit has (U+{:04X})", quoted(text),
                          static_cast<unsigned>(c.code)));
     }
     const char ch = rest[0];
@@ -335,7 +335,7 @@ std::string checked(const Database& units, std::string_view text, std::string_vi
       const bool in_parentheses = !out.empty() && out.back() == '(',
                  reciprocal = out.empty() && rest.size() > 1 && ch == '1' && rest[1] == '/';
       if (!in_parentheses && !reciprocal)
-        refuse("a second number in " + quoted(text) + ": one number and one unit are wanted" + advice(text, si_unit));
+        refuse("a second number in " + quoted(text) + ": write one number and one unit" + advice(text, si_unit));
       std::size_t size = 0;
       while (size < rest.size() && (digit(rest[size]) || rest[size] == '.')) ++size;
       out += rest.substr(0, size);
@@ -359,7 +359,8 @@ std::string checked(const Database& units, std::string_view text, std::string_vi
   return out;
 }
 
-/// 46.5 for "46 ft 6 in" or 46' 6", whose first number is read; none if it is nothing of the kind.
+/// Returns 46.5 for "46 ft 6 in" or 46' 6". `first` is the number that has been read, `rest` the text behind it.
+/// Returns nothing if the text is not of this kind.
 std::optional<double> feet_and_inches(double first, std::string_view rest) {
   const auto skip = [&] { rest.remove_prefix(std::min(rest.find_first_not_of(" -"), rest.size())); };
   const auto word = [&](std::initializer_list<std::string_view> words) {
@@ -402,16 +403,17 @@ double to_si(const std::string& text, const std::string& si_unit) {
   const std::string unit_text(rest.substr(first, rest.find_last_not_of(kSpace) - first + 1));
   if (const CommonUnit* common = common_unit(unit_text, si_unit)) return number * common->in_si;
 
-  if (rest[0] == ',') refuse("a comma in a number: a decimal point is wanted (0.5), and nothing between thousands");
+  if (rest[0] == ',') refuse("a comma in a number: write a decimal point (0.5), and nothing between thousands");
   if (rest[0] == '_') refuse("an underscore in a number");
   if (number == 0.0 && (rest[0] == 'x' || rest[0] == 'X') && rest.size() > 1 &&
       std::isxdigit(static_cast<unsigned char>(rest[1])) != 0) {
     refuse("a hexadecimal number");
   }
-  // What follows a point or a digit is no unit: "0.15.2".
+  // A second decimal point is not the beginning of a unit: "0.15.2".
   if (first == 0 && rest[0] == '.') refuse("unknown unit " + quoted(unit_text));
   if (si_unit == "m" && unit_text.find_first_of("0123456789'\"\xe2") != std::string::npos) {
-    if (const auto feet = feet_and_inches(number, unit_text)) refuse(fmt::format("feet and inches: {:.6g} ft", *feet));
+    if (const auto feet = feet_and_inches(number, unit_text))
+      refuse(fmt::format("feet and inches: write {:.6g} ft", *feet));
   }
   const CLocale c_locale;
   Database& units = Database::instance();
@@ -425,12 +427,13 @@ double to_si(const std::string& text, const std::string& si_unit) {
     if (si_unit == "N" && Database::convertible(unit, kilogram)) {
       const double weight = Database::convert(unit, kilogram, number) * kStandardGravity;
       const auto rounded = [](double v) { return v < 100.0 ? fmt::format("{:.3g}", v) : fmt::format("{:.0f}", v); };
-      refuse(fmt::format("a mass; as a weight: {} kN, {} kip", rounded(1e-3 * weight), rounded(weight / kKip)));
+      refuse(
+          fmt::format("a mass, but a weight is needed: {} kN, {} kip", rounded(1e-3 * weight), rounded(weight / kKip)));
     }
     if (Database::convertible(Database::product(unit, gravity), to))
-      refuse(wrong + ": a mass in place of a force (lbf, kgf or N for lb or kg)");
+      refuse(wrong + ": a mass instead of a force (write lbf, kgf or N, not lb or kg)");
     if (Database::convertible(unit, Database::product(to, gravity)))
-      refuse(wrong + ": a force in place of a mass (lb or kg for lbf, kgf or N)");
+      refuse(wrong + ": a force instead of a mass (write lb or kg, not lbf, kgf or N)");
     refuse(wrong);
   }
   const bool angle = Database::angular(unit);

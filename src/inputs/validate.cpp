@@ -12,14 +12,6 @@ namespace {
 
 constexpr double kSamplesMax = 1e7, kOutputsMax = 1e6, kTornBinsMax = 1e6;
 
-template <class E, class Table>
-std::string name_of(const Table& names, E value) {
-  for (const auto& [name, v] : names) {
-    if (v == value) return std::string(name);
-  }
-  return "";
-}
-
 /// Null if no part beyond the paper's model is switched on.
 const PartInput* first_part(const Scenario& s) {
   const auto on = [&s](const PartInput& part) { return !part.value(s).empty(); };
@@ -31,61 +23,64 @@ void check_parts(const Scenario& s) {
   const bool rails = s.ground.on_track_law == OnTrackLaw::rails;
   for (const PartInput& p : kParts) {
     if (p.needs_rails && !rails && !p.value(s).empty())
-      refuse(p.key, p.value(s), "needs rails", "ground.on_track_law: rails, or leave it out");
+      refuse(p.key, p.value(s), "works only with ground.on_track_law: rails", "that law, or leave this key out");
   }
   const PartInput* part = first_part(s);
   const std::string part_text = part == nullptr ? "" : fmt::format("{}: {}", part->key, part->value(s));
   if (s.model == Model::paper && part != nullptr)
-    refuse("model", "paper", fmt::format("has no {}", part_text), "extended, or leave it out");
+    refuse("model", "paper", fmt::format("this model has no {}", part_text), "extended, or leave it out");
   if (model_of(s) == Model::extended && s.solver.method != Method::semi_implicit) {
     refuse("solver.method", name_of(kMethods, s.solver.method),
-           part != nullptr ? fmt::format("{} makes the motion not smooth", part_text) : "model: extended is not smooth",
-           "semi_implicit");
+           part != nullptr ? fmt::format("{} cannot be computed by this method", part_text)
+                           : "model: extended cannot be computed by this method",
+           name_of(kMethods, Method::semi_implicit));
   }
   if (model_of(s) == Model::extended && s.ground.on_track_law == OnTrackLaw::guided) {
-    refuse("ground.on_track_law", "guided", "constraints are for the paper's model", "rails, isotropic, along_track");
+    refuse("ground.on_track_law", "guided", "cannot be computed by the extended model",
+           "rails, isotropic, along_track");
   }
   if (s.solver.method == Method::semi_implicit && !s.solver.fixed_step)
-    refuse("solver.fixed_step", "", "missing: semi_implicit has no error control", "(0, 1] s");
+    refuse("solver.fixed_step", "", "missing: semi_implicit needs a fixed step", "(0, 1] s");
   for (std::size_t i = 1; i < s.track.curves.size(); ++i) {
     const double end = s.track.curves[i - 1].start + s.track.curves[i - 1].length;
     if (s.track.curves[i].start < end) {
       refuse(fmt::format("track.curves[{}].start", i), fmt::format("{}", s.track.curves[i].start),
-             "begins before the curve before it ends", fmt::format(">= {} m", end));
+             "the curve begins before the end of the previous curve", fmt::format(">= {} m", end));
     }
   }
   for (std::size_t i = 0; i < s.ground.patches.size(); ++i) {
     const GroundPatch& p = s.ground.patches[i];
     const auto rises = [&](const char* name, double from, double to) {
       if (!(from < to))
-        refuse(fmt::format("ground.patches[{}].{}", i, name), fmt::format("{}", to), "empty patch",
-               fmt::format("> {} m", from));
+        refuse(fmt::format("ground.patches[{}].{}", i, name), fmt::format("{}", to),
+               fmt::format("not greater than {}_from", name[0]), fmt::format("> {} m", from));
     };
     rises("x_to", p.x_from, p.x_to);
     rises("y_to", p.y_from, p.y_to);
   }
 }
 
-/// What a run would have to take, count or keep, before anything is started.
+/// Checks how many steps, samples and pieces of track a run would need, before it is started.
 void check_counts(const Scenario& s) {
-  const auto check = [](double count, double most, const char* key, double value, const char* what, double divided) {
+  const auto check = [](double count, double most, const char* key, double value, const char* what, double divided,
+                        const char* unit) {
     if (count <= most) return;
     refuse(key, fmt::format("{}", value), fmt::format("{:.3g} {}", count, what),
-           fmt::format("at most {:.0f}, so >= {:.6g}", most, divided / most));
+           fmt::format("at most {:.0f}, so >= {:.6g} {}", most, divided / most, unit));
   };
   const double time = s.stop.time_max;
   check(time / s.outcome.sample_interval, kSamplesMax, "outcome.sample_interval", s.outcome.sample_interval,
-        "samples up to stop.time_max", time);
-  check(time / s.output.interval, kOutputsMax, "output.interval", s.output.interval, "points up to stop.time_max",
-        time);
+        "samples up to stop.time_max", time, "s");
+  check(time / s.output.interval, kOutputsMax, "output.interval", s.output.interval, "output times up to stop.time_max",
+        time, "s");
   if (s.solver.fixed_step) {
     check(time / *s.solver.fixed_step, static_cast<double>(s.solver.steps_max), "solver.fixed_step",
-          *s.solver.fixed_step, "steps up to stop.time_max, beyond solver.steps_max", time);
+          *s.solver.fixed_step, "steps up to stop.time_max, more than solver.steps_max", time, "s");
   }
   if (s.ground.on_track_law == OnTrackLaw::rails && s.rails.torn_length > 0.0) {
     const TrackExtent e = track_extent(s);
     check((e.to - e.from) / s.rails.torn_length, kTornBinsMax, "rails.torn_length", s.rails.torn_length,
-          "lengths of track that may be torn", e.to - e.from);
+          "pieces of track that can be torn up", e.to - e.from, "m");
   }
   const auto items = [](std::size_t count, std::size_t most, const char* key) {
     if (count > most) refuse(key, fmt::format("{} items", count), "too many", fmt::format("at most {}", most));
@@ -102,27 +97,28 @@ void check_across(const Scenario& s) {
     const auto either = [&](const char* name, const std::optional<double>& value, const char* factor_name,
                             const std::optional<double>& factor) {
       if (value && factor) {
-        refuse(key(factor_name), fmt::format("{}", *factor), fmt::format("given beside {}", name), "one of the two");
+        refuse(key(factor_name), fmt::format("{}", *factor), fmt::format("given together with {}", name),
+               "only one of the two");
       }
     };
     either("truck_spacing", b.truck_spacing, "truck_spacing_factor", b.truck_spacing_factor);
     either("yaw_inertia", b.yaw_inertia, "yaw_inertia_factor", b.yaw_inertia_factor);
     if (b.truck_spacing && *b.truck_spacing > b.length) {
-      refuse(key("truck_spacing"), fmt::format("{}", *b.truck_spacing), "trucks farther apart than the coupler pins",
-             fmt::format("(0, {}] m", b.length));
+      refuse(key("truck_spacing"), fmt::format("{}", *b.truck_spacing),
+             "larger than the length between the coupler pins", fmt::format("(0, {}] m", b.length));
     }
     if (b.yaw_inertia) {
       const double unit = b.weight / kStandardGravity * b.length * b.length;
       if (!kYawInertiaFactors.contains(*b.yaw_inertia / unit)) {
         refuse(key("yaw_inertia"), fmt::format("{}", *b.yaw_inertia),
-               fmt::format("{:.3g} of M L^2", *b.yaw_inertia / unit),
-               fmt::format("[{:.4g}, {:.4g}] kg m2: {} to {} of M L^2", kYawInertiaFactors.min * unit,
+               fmt::format("is {:.3g} M L^2", *b.yaw_inertia / unit),
+               fmt::format("[{:.4g}, {:.4g}] kg m2, that is {} to {} M L^2", kYawInertiaFactors.min * unit,
                            kYawInertiaFactors.max * unit, kYawInertiaFactors.min, kYawInertiaFactors.max));
       }
     }
     cars += b.count;
     if (cars > kCarsMax) {
-      refuse(key("count"), fmt::format("{}", b.count), fmt::format("the train has {} cars up to here", cars),
+      refuse(key("count"), fmt::format("{}", b.count), fmt::format("the train has {} cars up to this block", cars),
              fmt::format("at most {} in all", kCarsMax));
     }
   }
@@ -131,13 +127,13 @@ void check_across(const Scenario& s) {
            fmt::format("0 to {}", cars - 1));
   }
   if (s.coupler.slack >= 2.0 * s.coupler.length) {
-    refuse("coupler.slack", fmt::format("{}", s.coupler.slack), "as long as the coupler itself",
+    refuse("coupler.slack", fmt::format("{}", s.coupler.slack), "too large for coupler.length",
            fmt::format("[0, {}) m", 2.0 * s.coupler.length));
   }
   check_parts(s);
   check_counts(s);
   if (s.solver.fixed_step && s.solver.method == Method::bdf) {
-    refuse("solver.fixed_step", fmt::format("{}", *s.solver.fixed_step), "bdf chooses its own steps",
+    refuse("solver.fixed_step", fmt::format("{}", *s.solver.fixed_step), "the method bdf cannot use a fixed step",
            "leave it out, or solver.method cash_karp or dormand_prince");
   }
 }

@@ -20,7 +20,7 @@ std::string shown(double value, const std::string& unit, const std::string& show
   return fmt::format("{:.4g} {}", from_si(value, unit, shown_unit), shown_unit);
 }
 
-/// Finds the numbers that act and are out of their usual range.
+/// Visitor of the schema that finds numbers outside their usual range, as far as they have an effect.
 class UsualChecker {
  public:
   UsualChecker(std::vector<Warning>& out, std::string prefix, const Scenario& scenario, const When* idle)
@@ -64,7 +64,7 @@ class UsualChecker {
   const When* idle_;
 };
 
-/// "consist[17].count" as "consist[0].count".
+/// Returns "consist[0].count" for "consist[17].count".
 std::string of_first_item(const std::string& key) {
   const auto open = key.find('['), close = key.find(']');
   return open == std::string::npos ? key : key.substr(0, open) + "[0]" + key.substr(close + 1);
@@ -96,7 +96,8 @@ bool is_passenger_car(const std::string& name) {
          has("dmu") || has("tram") || has("metro");
 }
 
-/// Trains of which nothing was compared with reality: what this program knows of accidents is North American freight.
+/// Adds a warning for trains of a kind that has not been compared with real accidents. The accidents that this program
+/// was compared with are those of North American freight trains.
 void judge_train(const Scenario& s, std::vector<Warning>& out) {
   for (std::size_t i = 0; i < s.consist.size(); ++i) {
     if (!is_passenger_car(s.consist[i].name)) continue;
@@ -109,7 +110,7 @@ void judge_train(const Scenario& s, std::vector<Warning>& out) {
   const bool parts = s.ground.on_track_law == OnTrackLaw::rails && s.brakes.law == BrakeLaw::air;
   if (!parts) return;
   constexpr double kWeakestFreightCoupler = 1.0e6,
-                   kLoadedCar = 1.0e6;  // N; below the fitted range of North American freight
+                   kLoadedCar = 1.0e6;  // N; below what the model was fitted to
   if (s.coupler.break_draft < kWeakestFreightCoupler) {
     out.push_back({"coupler.break_draft", shown(s.coupler.break_draft, "N", "kip"),
                    "a screw coupling, not one of North American freight cars: nothing here was compared with "

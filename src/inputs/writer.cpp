@@ -34,7 +34,7 @@ class Writer {
   template <class I>
   void integer(const char* key, I value, const Range&, bool, const Doc&) {
     const bool small =
-        static_cast<std::int64_t>(value) <= std::numeric_limits<std::int32_t>::max();  // roslaunch takes no others
+        static_cast<std::int64_t>(value) <= std::numeric_limits<std::int32_t>::max();  // roslaunch reads no larger ones
     line(key, fmt::format(small ? "{}" : "\"{}\"", value));
   }
   template <class E, class N>
@@ -69,7 +69,7 @@ class Writer {
   std::string indent_, first_;
 };
 
-/// What a block leaves out, filled in: the factors that hold by default.
+/// Returns the scenario with the default factors in blocks that give neither a value nor a factor.
 Scenario with_defaults(Scenario s) {
   for (CarBlock& b : s.consist) {
     if (!b.truck_spacing && !b.truck_spacing_factor) b.truck_spacing_factor = CarBlock::kDefaultTruckSpacingFactor;
@@ -124,13 +124,13 @@ class Lister {
   }
   void row(const char* key, const std::string& allowed, const std::string& preset, const Doc& doc) {
     out_ += fmt::format("{}\n    allowed: {}\n    default: {}\n    {}\n", prefix_ + key, allowed, preset, doc.text);
-    // The narrower condition alone: those of keys within a group imply the group's.
+    // Only the condition of the key is written, if it has one: it includes the condition of its group.
     if (const When* when = doc.when != nullptr ? doc.when : when_)
       out_ += fmt::format("    acts with: {}\n", when->text);
   }
   std::string& out_;
   std::string prefix_;
-  const When* when_;  // of the group
+  const When* when_;  // condition of the group; null if it always acts
 };
 
 }  // namespace
@@ -146,6 +146,9 @@ std::string to_yaml(const Scenario& scenario) {
 std::string describe_keys() {
   std::string out;
   Lister lister(out, "");
+  lister.text("base", "",
+              {"A scenario file to start from, relative to this one: what this file leaves out is as it is "
+               "there. Not for --set."});
   const Scenario defaults;
   describe(lister, defaults);
   return out;

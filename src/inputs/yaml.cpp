@@ -25,7 +25,7 @@ namespace {
   throw YamlMistake{mark.is_null() ? 0 : mark.line + 1, std::move(value), std::move(problem), std::move(allowed)};
 }
 
-/// Takes what `of` accepts from the front of `text`, and says how much that was.
+/// Removes all characters that `of` accepts from the front of `text`, and returns how many they were.
 template <class Of>
 std::size_t take(std::string_view& text, Of of) {
   std::size_t n = 0;
@@ -37,7 +37,7 @@ std::size_t take(std::string_view& text, Of of) {
 bool digit(char c) { return c >= '0' && c <= '9'; }
 bool digit_or_underscore(char c) { return digit(c) || c == '_'; }
 
-/// ":59" once or more.
+/// Removes ":59" from the front of the text, once or more. Returns whether there was any.
 bool take_sexagesimal(std::string_view& text) {
   bool any = false;
   while (text.size() >= 2 && text[0] == ':' && digit(text[1])) {
@@ -48,7 +48,7 @@ bool take_sexagesimal(std::string_view& text) {
   return any;
 }
 
-/// Year-month-day at the front, with a time behind it or nothing.
+/// Whether the text is a date, year-month-day, with or without a time behind it.
 bool timestamp(std::string_view text) {
   const auto number = [&](std::size_t least, std::size_t most) {
     const std::size_t n = take(text, digit);
@@ -60,37 +60,36 @@ bool timestamp(std::string_view text) {
     return true;
   };
   if (!number(4, 4) || !one('-') || !number(1, 2) || !one('-') || !number(1, 2)) return false;
-  if (text.empty()) return true;  // one-digit months are text for PyYAML; a date all the same
+  if (text.empty()) return true;  // with a one-digit month PyYAML reads a text; it is taken as a date here all the same
   if (!one('T') && !one('t') && take(text, [](char c) { return c == ' ' || c == '\t'; }) == 0) return false;
   return number(1, 2) && one(':') && number(2, 2) && one(':') && number(2, 2);
 }
 
-/// How PyYAML (and rosparam) resolves a scalar without quotes: its implicit resolvers, as far as they differ from
-/// taking it as text.
-enum class Kind { text, truth, integer, real, date, value, merge, angle };
+/// What PyYAML (and rosparam) make of a scalar without quotes, as far as it is not a text.
+enum class ScalarKind { text, truth, integer, real, date, value, merge, angle };
 
 struct Resolved {
-  Kind kind = Kind::text;
-  bool plain_decimal = true;  // of numbers: neither underscores nor other bases
+  ScalarKind kind = ScalarKind::text;
+  bool plain_decimal = true;  // for numbers: without underscores, and to base 10
 };
 
 Resolved resolve(std::string_view s) {
   for (const char* word : {"yes", "Yes", "YES", "no", "No", "NO", "true", "True", "TRUE", "false", "False", "FALSE",
                            "on", "On", "ON", "off", "Off", "OFF"}) {
-    if (s == word) return {Kind::truth};
+    if (s == word) return {ScalarKind::truth};
   }
-  if (s == "=") return {Kind::value};
-  if (s == "<<") return {Kind::merge};
-  if ((s.substr(0, 4) == "deg(" || s.substr(0, 4) == "rad(") && s.find(')') == s.size() - 1) return {Kind::angle};
-  if (timestamp(s)) return {Kind::date};
+  if (s == "=") return {ScalarKind::value};
+  if (s == "<<") return {ScalarKind::merge};
+  if ((s.substr(0, 4) == "deg(" || s.substr(0, 4) == "rad(") && s.find(')') == s.size() - 1) return {ScalarKind::angle};
+  if (timestamp(s)) return {ScalarKind::date};
 
   std::string_view r = s;
   const bool sign = !r.empty() && (r[0] == '-' || r[0] == '+');
   if (sign) r.remove_prefix(1);
   for (const char* word : {".inf", ".Inf", ".INF", ".nan", ".NaN", ".NAN"}) {
-    if (r == word && (!sign || word[1] == 'i' || word[1] == 'I')) return {Kind::real};
+    if (r == word && (!sign || word[1] == 'i' || word[1] == 'I')) return {ScalarKind::real};
   }
-  const auto exponent = [](std::string_view& t) {  // PyYAML wants its sign
+  const auto exponent = [](std::string_view& t) {  // PyYAML needs a sign in the exponent
     if (t.empty()) return true;
     if (t[0] != 'e' && t[0] != 'E') return false;
     t.remove_prefix(1);
@@ -104,7 +103,7 @@ Resolved resolve(std::string_view s) {
     r.remove_prefix(1);
     if (sign || r.empty() || !digit(r[0])) return {};
     take(r, digit_or_underscore);
-    return exponent(r) ? Resolved{Kind::real, !underscore} : Resolved{};
+    return exponent(r) ? Resolved{ScalarKind::real, !underscore} : Resolved{};
   }
   if (!digit(r[0])) return {};
   if (r.size() > 2 && r[0] == '0' && (r[1] == 'b' || r[1] == 'x')) {
@@ -113,7 +112,7 @@ Resolved resolve(std::string_view s) {
     take(r, [&](char c) {
       return c == '_' || (hex ? digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F') : c == '0' || c == '1');
     });
-    return r.empty() ? Resolved{Kind::integer, false} : Resolved{};
+    return r.empty() ? Resolved{ScalarKind::integer, false} : Resolved{};
   }
   const std::string_view whole = r.substr(
       0, r.size() - [&] {
@@ -124,37 +123,37 @@ Resolved resolve(std::string_view s) {
   r.remove_prefix(whole.size());
   if (!r.empty() && r[0] == ':') {
     if (!take_sexagesimal(r)) return {};
-    if (r.empty()) return whole[0] != '0' ? Resolved{Kind::integer, false} : Resolved{};
+    if (r.empty()) return whole[0] != '0' ? Resolved{ScalarKind::integer, false} : Resolved{};
     if (r[0] != '.') return {};
     r.remove_prefix(1);
     take(r, digit_or_underscore);
-    return r.empty() ? Resolved{Kind::real, false} : Resolved{};
+    return r.empty() ? Resolved{ScalarKind::real, false} : Resolved{};
   }
   if (r.empty()) {
-    if (whole[0] != '0' || whole.size() == 1) return {Kind::integer, !underscore};
+    if (whole[0] != '0' || whole.size() == 1) return {ScalarKind::integer, !underscore};
     const bool octal =
         std::all_of(whole.begin(), whole.end(), [](char c) { return (c >= '0' && c <= '7') || c == '_'; });
-    return octal ? Resolved{Kind::integer, false} : Resolved{};
+    return octal ? Resolved{ScalarKind::integer, false} : Resolved{};
   }
   if (r[0] != '.') return {};
   r.remove_prefix(1);
   take(r, digit_or_underscore);
-  return exponent(r) ? Resolved{Kind::real, !underscore} : Resolved{};
+  return exponent(r) ? Resolved{ScalarKind::real, !underscore} : Resolved{};
 }
 
-/// The largest whole number that XML-RPC, and so roslaunch, hands over.
+/// Whether a whole number fits into the 32 bits with which XML-RPC, and so roslaunch, passes it on.
 bool fits_xml_rpc(std::string_view decimal) {
   if (decimal[0] == '+') decimal.remove_prefix(1);
   return files::number<std::int32_t>(decimal).has_value();
 }
 
-/// Counts and judges what the parser meets, before a tree is built of it.
+/// Checks and counts what the parser finds, before a tree is made of it.
 class Inspector final : public YAML::EventHandler {
  public:
   explicit Inspector(bool roslaunch_reads_it) : roslaunch_reads_it_(roslaunch_reads_it) {}
 
   void OnDocumentStart(const YAML::Mark& mark) override {
-    if (++documents_ > 1) refuse(mark, "", "a second document", "one: no line --- between two");
+    if (++documents_ > 1) refuse(mark, "", "a second YAML document begins here", "one document, without a line ---");
   }
   void OnDocumentEnd() override {}
 
@@ -162,13 +161,13 @@ class Inspector final : public YAML::EventHandler {
 
   void OnAnchor(const YAML::Mark& mark, const std::string& name) override {
     if (!names_.insert(name).second)
-      refuse(mark, "", "an anchor of this name is there already: roslaunch refuses that", "each &name once");
+      refuse(mark, "", "a second anchor of this name, which roslaunch refuses", "each &name once");
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchors_.find(anchor);
     if (known == anchors_.end())
-      refuse(mark, "", "an alias inside of what it stands for",
+      refuse(mark, "", "an alias inside the value that it stands for",
              "anchors (&name) that end before their aliases (*name)");
     add(mark, known->second.nodes, known->second.levels);
     item();
@@ -180,8 +179,8 @@ class Inspector final : public YAML::EventHandler {
     const bool key = next_is_key();
     if (roslaunch_reads_it_ && tag == "?" && !(key && value == "<<")) {
       if (const std::string other = other_reading(value); !other.empty()) {
-        refuse(mark, value, "under roslaunch (YAML 1.1) this is " + other,
-               "\"" + value + "\" in quotes, or written otherwise");
+        refuse(mark, value, "roslaunch (YAML 1.1) would read this as " + other,
+               "\"" + value + "\" in quotes, or write it in another way");
       }
     }
     leaf(mark, anchor);
@@ -218,7 +217,7 @@ class Inspector final : public YAML::EventHandler {
     if (!open_.empty()) open_.back().at_value = !open_.back().at_value;
   }
 
-  /// `levels` below the place where the parser is.
+  /// Counts nodes that reach `levels` levels below the place where the parser is.
   void add(const YAML::Mark& mark, std::size_t nodes, std::size_t levels) {
     nodes_ += nodes;
     if (nodes_ > kYamlNodesMax)
@@ -255,10 +254,10 @@ class Inspector final : public YAML::EventHandler {
   std::size_t nodes_ = 0;
   std::vector<Frame> open_;
   std::map<YAML::anchor_t, Size> anchors_;
-  std::set<std::string> names_;  // of anchors
+  std::set<std::string> names_;  // names of anchors
 };
 
-/// Characters that PyYAML refuses or takes for the end of a line.
+/// Refuses characters that PyYAML refuses or reads as the end of a line.
 void check_characters(std::string_view text) {
   int line = 1;
   bool comment = false, space = true;
@@ -266,7 +265,7 @@ void check_characters(std::string_view text) {
   while (!text.empty()) {
     const files::Character c = files::first_character(text);
     if (!c.valid)
-      throw YamlMistake{line, "", fmt::format("a byte that is no UTF-8 (0x{:02x})", static_cast<unsigned>(c.code)),
+      throw YamlMistake{line, "", fmt::format("a byte that is not UTF-8 (0x{:02x})", static_cast<unsigned>(c.code)),
                         "text in UTF-8"};
     if (c.code == '\t' && !comment) throw YamlMistake{line, "", "a tab", "spaces; in quotes \\t"};
     if (files::is_control(c.code) && c.code != '\n' && c.code != '\r' && c.code != '\t') {
@@ -286,8 +285,8 @@ void check_characters(std::string_view text) {
 
 bool is_merge_key(const YAML::Node& key) { return key.IsScalar() && key.Tag() == "?" && key.Scalar() == "<<"; }
 
-/// Puts what merge keys name into the maps that have them: own keys win, then the first of several sources.
-/// Shared nodes are met more than once and are done the first time.
+/// Copies the keys of the groups that merge keys (<<) name into the group that has the merge key. Own keys win, then
+/// those of the first group named. A node that several places share is treated when it is first met.
 void resolve_merges(YAML::Node node) {
   if (node.IsSequence()) {
     for (YAML::Node item : node) resolve_merges(item);
@@ -310,7 +309,7 @@ void resolve_merges(YAML::Node node) {
   if (merge_keys.size() > 1) refuse(merge_keys[1].Mark(), "<<", "key given twice", "once: <<: [*one, *other]");
   const auto merge = [&](const YAML::Node& source) {
     if (!source.IsMap())
-      refuse(merge_keys[0].Mark(), "<<", "merges what is not a group of keys", "<<: *name or <<: [*one, *other]");
+      refuse(merge_keys[0].Mark(), "<<", "can merge only groups of keys", "<<: *name or <<: [*one, *other]");
     std::vector<std::pair<YAML::Node, YAML::Node>> added;
     for (const auto& item : source) {
       if (item.first.IsScalar() && own.insert(item.first.Scalar()).second) added.emplace_back(item.first, item.second);
@@ -330,26 +329,28 @@ void resolve_merges(YAML::Node node) {
 std::string other_reading(const std::string& plain) {
   const Resolved r = resolve(plain);
   switch (r.kind) {
-    case Kind::text:
-    case Kind::real: return r.plain_decimal ? "" : "another number: underscores and colons count there";
-    case Kind::truth:
+    case ScalarKind::text:
+    case ScalarKind::real: return r.plain_decimal ? "" : "another number: underscores and colons count there";
+    case ScalarKind::truth:
       if (plain == "true" || plain == "false") return "";
       return "a truth value";
-    case Kind::integer:
+    case ScalarKind::integer:
       if (!r.plain_decimal) return "another number: 010 is octal there, 0x1f, 1_000 and 1:30 are numbers";
       if (plain == "-0") return "0";
-      return fits_xml_rpc(plain) ? "" : "too large a whole number: beyond 2147483647 roslaunch wants a point or quotes";
-    case Kind::date: return "a date";
-    case Kind::value: return "no value";
-    case Kind::merge: return "a merge key, not a value";
-    case Kind::angle: return "an angle, computed in radians: write \"5 deg\"";
+      return fits_xml_rpc(plain)
+                 ? ""
+                 : "a whole number that is too large: above 2147483647 it needs a decimal point or quotes";
+    case ScalarKind::date: return "a date";
+    case ScalarKind::value: return "no value";
+    case ScalarKind::merge: return "a merge key, not a value";
+    case ScalarKind::angle: return "an angle, computed in radians: write \"5 deg\"";
   }
   return "";
 }
 
 bool rewritten_number(const std::string& plain) {
   const Resolved r = resolve(plain);
-  return r.kind == Kind::real || (r.kind == Kind::integer && plain[0] == '+');
+  return r.kind == ScalarKind::real || (r.kind == ScalarKind::integer && plain[0] == '+');
 }
 
 YAML::Node parse_yaml(const std::string& text, bool roslaunch_reads_it) {

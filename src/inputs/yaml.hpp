@@ -1,4 +1,6 @@
-// YAML as this program takes it: bounded, and read by YAML 1.1 (PyYAML under roslaunch) and 1.2 (yaml-cpp) alike.
+/// \file
+/// Reads YAML within limits of size. Only text that YAML 1.1 (PyYAML under roslaunch) and YAML 1.2 (yaml-cpp) read in
+/// the same way is accepted.
 #pragma once
 
 #include <cstddef>
@@ -8,27 +10,27 @@
 
 namespace train_derail::inputs {
 
-/// Bounds of one text. A train of a thousand unlike cars with a thousand curves stays below half of each.
+/// Limits of one text. A train of a thousand different cars with a thousand curves needs less than half of each.
 inline constexpr std::size_t kYamlBytesMax = 512 * 1024;
-inline constexpr std::size_t kYamlNodesMax = 50'000;  // scalars, lists, maps, with aliases expanded
+inline constexpr std::size_t kYamlNodesMax = 50'000;  // scalars, lists and maps; an alias counts as what it stands for
 inline constexpr std::size_t kYamlDepthMax = 50;
 
-/// What is wrong in a text, and in which line of it (from 1; 0: in all of it).
+/// A mistake in a text: its line (from 1; 0: the text as a whole), value, problem and what is allowed.
 struct YamlMistake {
   int line;
   std::string value, problem, allowed;
 };
 
-/// The tree of the one document in `text`, its merge keys resolved; aliased nodes are shared, but no walk of it sees
-/// more than kYamlNodesMax nodes or kYamlDepthMax levels. Throws YamlMistake: not YAML, beyond the bounds, or, if
-/// roslaunch may read the text as well, read differently there.
+/// Returns the tree of the one document in `text`, with merge keys (<<) resolved. Nodes with aliases are shared, but
+/// going through the tree visits at most kYamlNodesMax nodes and kYamlDepthMax levels. Throws YamlMistake if the text
+/// is not YAML or exceeds a limit. If `roslaunch_reads_it`, throws it too if roslaunch would read another value.
 YAML::Node parse_yaml(const std::string& text, bool roslaunch_reads_it);
 
-/// What PyYAML would make of a scalar without quotes if it is not the text as it stands nor the same number: "the truth
-/// value true". Empty if both agree.
+/// Returns what PyYAML reads if a scalar is written without quotes, "a truth value", or "" if it reads the same text or
+/// number.
 std::string other_reading(const std::string& plain);
 
-/// Whether PyYAML makes a number of a scalar without quotes that it hands over as another text ("1.50" becomes 1.5).
+/// Whether PyYAML reads a scalar without quotes as a number and would write it in another way ("1.50" becomes 1.5).
 bool rewritten_number(const std::string& plain);
 
 }  // namespace train_derail::inputs

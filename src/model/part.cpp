@@ -44,7 +44,7 @@ void Record::walk(files::Archive& archive) {
     archive.value("x", i.x);
     archive.value("y", i.y);
     archive.value("closing_speed", i.closing_speed);
-    archive.value("closing_normal", i.closing_normal);
+    archive.value("closing_speed_normal", i.closing_speed_normal);
     archive.value("impulse", i.impulse);
     archive.value("peak_force", i.peak_force);
   });

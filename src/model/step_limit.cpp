@@ -96,7 +96,7 @@ std::vector<StepLimit> step_limits(const Scenario& s) {
   add("coupler.swing_stiffness", s.coupler.swing_stiffness, r.swing, 0.0);
   if (s.ground.on_track_law == inputs::OnTrackLaw::rails)
     add("rails.stiffness", s.rails.stiffness, r.rails, r.rail_damping);
-  // A car in a heap is pushed by two others at a time.
+  // A car in a pile-up is pushed by two others at a time.
   if (s.contact.law != inputs::ContactLaw::none) add("contact.stiffness", s.contact.stiffness, 2.0 * r.contact, 0.0);
   add("ground.regularization_speed", 0.0, 0.0, largest_friction(s) * r.friction / s.ground.regularization_speed);
   std::stable_sort(limits.begin(), limits.end(),

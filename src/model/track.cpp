@@ -116,7 +116,18 @@ void Track::tear(double s) {
 }
 
 void Track::walk(files::Archive& archive) {
-  archive.column("torn", torn_);
+  // Counted from the point of derailment: how far a track is known depends on the inputs.
+  std::vector<std::int64_t> bins;
+  const auto behind = static_cast<std::int64_t>(torn_behind_);
+  for (std::size_t i = 0; i < torn_.size(); ++i) {
+    if (torn_[i] > 0.0) bins.push_back(static_cast<std::int64_t>(i) - behind);
+  }
+  archive.list("torn", bins, [&](std::int64_t& bin) { archive.value("bin", bin); });
+  std::fill(torn_.begin(), torn_.end(), 0.0);
+  for (const std::int64_t bin : bins) {
+    const std::int64_t i = bin + behind;
+    if (i >= 0 && i < static_cast<std::int64_t>(torn_.size())) torn_[static_cast<std::size_t>(i)] = 1.0;
+  }
   archive.value("torn_from", torn_from_);
   archive.value("torn_to", torn_to_);
 }

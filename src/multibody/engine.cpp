@@ -1,4 +1,6 @@
-// Written from the free-body diagrams (paper, figures 1 to 4; docs/model.md, sections 2 and 3), not from src/model.
+/// \file
+/// The multibody engine. It was written from the free-body diagrams (paper, figures 1 to 4; docs/model.md, sections 2
+/// and 3), not from src/model, so that the two do not share mistakes.
 #include "multibody/engine_run.hpp"
 
 #include <algorithm>
@@ -26,7 +28,8 @@ using SimTK::Vec3;
 using BodyForces = SimTK::Vector_<SimTK::SpatialVec>;
 using Flags = SimTK::Array_<char>;
 
-/// Figures 2 to 4: a massless bar between the rear pin of the car ahead and the front pin of the car behind.
+/// A coupler: a massless bar between the rear pin of the car ahead and the front pin of the car behind (figures 2 to
+/// 4).
 class Bar final : public SimTK::Force::Custom::Implementation {
  public:
   Bar(const inputs::Coupler& law, bool rigid, double lateral_sign, const MobilizedBody& ahead, const Vec3& rear_pin,
@@ -53,7 +56,7 @@ class Bar final : public SimTK::Force::Custom::Implementation {
     behind_.applyBodyTorque(state, Vec3(0.0, 0.0, on_behind), forces);
   }
 
-  /// As the project's outcome names them.
+  /// Forces of the coupler, with the signs of CouplerForce.
   CouplerForce force(const State& state) const {
     const Line line = line_of(state);
     return {push(line.length),
@@ -62,7 +65,7 @@ class Bar final : public SimTK::Force::Custom::Implementation {
 
   Real calcPotentialEnergy(const State& state) const override { return strain(state) + stop_energy(state); }
 
-  /// Energy of the spring, and of the two swing stops [J].
+  /// Strain energy of the spring and of the two swing stops [J].
   double strain(const State& state) const {
     if (rigid_) return 0.0;
     const double beyond = std::max(std::abs(gap(state).length - law_.length) - 0.5 * law_.slack, 0.0);
@@ -89,9 +92,9 @@ class Bar final : public SimTK::Force::Custom::Implementation {
     return {line.length, SimTK::dot(parting, line.along)};
   }
 
-  /// Figure 3, buff positive [N].
+  /// Axial force at a length of the bar, buff positive (figure 3) [N].
   double push(double length) const {
-    if (rigid_) return 0.0;  // the rod's own business
+    if (rigid_) return 0.0;  // a rod is a constraint, which has its own force
     const double stretch = length - law_.length, free = 0.5 * law_.slack;
     if (std::abs(stretch) <= free) return 0.0;
     return -law_.stiffness * (stretch > 0.0 ? stretch - free : stretch + free);
@@ -113,13 +116,13 @@ class Bar final : public SimTK::Force::Custom::Implementation {
   /// the force at its other end, times its length, undoes the moment `turning` with which it turns the two cars.
   double side(const Line& line, double turning) const { return -lateral_sign_ * turning / line.length; }
 
-  /// From the car's heading to the bar, counter-clockwise, in (-pi, pi].
+  /// Returns the swing: the angle from the car's heading to the bar, counter-clockwise, in (-pi, pi].
   static double swing(const State& state, const MobilizedBody& body, const Line& line) {
     const Vec3 heading = body.getBodyRotation(state).x().asVec3();
     return std::atan2(heading[0] * line.along[1] - heading[1] * line.along[0], SimTK::dot(heading, line.along));
   }
 
-  /// Figure 4: on the car, turning it towards the bar [N m].
+  /// Moment of the swing stop on the car, which turns it towards the bar (figure 4) [N m].
   double stop_moment(double swing) const {
     const double beyond = std::abs(swing) - law_.swing_limit;
     if (beyond <= 0.0) return 0.0;
@@ -133,18 +136,18 @@ class Bar final : public SimTK::Force::Custom::Implementation {
   const Vec3 rear_pin_, front_pin_;
 };
 
-/// Figure 1: half the weight presses on the ground under either truck, and rubs.
-class Ground final : public SimTK::Force::Custom::Implementation {
+/// Friction of the ground: half the weight of a car presses on the ground under each truck (figure 1).
+class GroundForces final : public SimTK::Force::Custom::Implementation {
  public:
   struct Truck {
     MobilizedBody body;
     std::size_t car;
     Vec3 station;
-    double load;  // N
+    double load;  // load on the ground [N]
   };
 
-  Ground(const inputs::Ground& law, const SimTK::GeneralForceSubsystem& forces, std::size_t cars,
-         std::vector<Truck> trucks)
+  GroundForces(const inputs::Ground& law, const SimTK::GeneralForceSubsystem& forces, std::size_t cars,
+               std::vector<Truck> trucks)
       : law_(law), forces_(forces), cars_(cars), trucks_(std::move(trucks)) {}
 
   bool past(const State& state, std::size_t car) const { return flags(state)[static_cast<unsigned>(car)] != 0; }
@@ -166,7 +169,7 @@ class Ground final : public SimTK::Force::Custom::Implementation {
   }
   Real calcPotentialEnergy(const State&) const override { return 0.0; }
 
-  /// The work that it does on the ground, before and past the point of derailment, is integrated along.
+  /// The work against friction, before and past the point of derailment, is integrated with the motion.
   void realizeAcceleration(const State& state) const override {
     SimTK::Vector& rate = forces_.updZDot(state);
     rate[work_] = rate[work_ + 1] = 0.0;
@@ -177,7 +180,7 @@ class Ground final : public SimTK::Force::Custom::Implementation {
     }
   }
   double work(const State& state, bool past) const { return forces_.getZ(state)[work_ + (past ? 1 : 0)]; }
-  /// Work has no say in the size of steps.
+  /// The work does not influence the step size.
   void set_weights(State& state) const { state.updZWeights(forces_.getMySubsystemIndex()) = 1e-20; }
 
  private:
@@ -185,10 +188,11 @@ class Ground final : public SimTK::Force::Custom::Implementation {
     return SimTK::Value<Flags>::downcast(forces_.getDiscreteVariable(state, flags_)).get();
   }
 
-  /// On a truck that moves with `velocity`.
+  /// Force on a truck that moves with `velocity` [N].
   Vec3 rub(const Truck& truck, bool derailed, Vec3 velocity) const {
     const double most = truck.load * (derailed ? law_.off_track_friction : law_.on_track_friction);
-    if (!derailed && law_.on_track_law != inputs::OnTrackLaw::isotropic) velocity[1] = 0.0;  // along the rails alone
+    if (!derailed && law_.on_track_law != inputs::OnTrackLaw::isotropic)
+      velocity[1] = 0.0;  // friction acts along the rails only
     return -most * velocity / std::sqrt(velocity.normSqr() + law_.regularization_speed * law_.regularization_speed);
   }
 
@@ -196,14 +200,15 @@ class Ground final : public SimTK::Force::Custom::Implementation {
   const SimTK::GeneralForceSubsystem& forces_;
   const std::size_t cars_;
   const std::vector<Truck> trucks_;
-  mutable SimTK::DiscreteVariableIndex flags_;  // of the topology, not of a state
+  mutable SimTK::DiscreteVariableIndex flags_;  // belongs to the model, not to a state
   mutable SimTK::ZIndex work_;
 };
 
-/// A car's centre reaches the point of derailment: from here on the ground is another, and the rails let go.
+/// Event: the centre of a car reaches the point of derailment. From here on the off-track friction acts, and the rails
+/// let the car go.
 class Crossing final : public SimTK::TriggeredEventHandler {
  public:
-  Crossing(const MobilizedBody::Planar& body, std::size_t car, const Ground& ground,
+  Crossing(const MobilizedBody::Planar& body, std::size_t car, const GroundForces& ground,
            std::vector<SimTK::Constraint> rails)
       : TriggeredEventHandler(Stage::Position), body_(body), car_(car), ground_(ground), rails_(std::move(rails)) {
     getTriggerInfo().setTriggerOnFallingSignTransition(false).setRequiredLocalizationTimeWindow(kWindow);
@@ -215,10 +220,10 @@ class Crossing final : public SimTK::TriggeredEventHandler {
   }
 
  private:
-  static constexpr double kWindow = 1e-4;  // of the accuracy [s]
+  static constexpr double kWindow = 1e-4;  // time to which an event is located [s]
   const MobilizedBody::Planar body_;
   const std::size_t car_;
-  const Ground& ground_;
+  const GroundForces& ground_;
   const std::vector<SimTK::Constraint> rails_;
 };
 
@@ -227,8 +232,8 @@ inputs::Scenario checked(const inputs::Scenario& scenario) {
   return scenario;
 }
 
-struct Run {
-  Run(const inputs::Scenario& s, const Options& o)
+struct SimbodySystem {
+  SimbodySystem(const inputs::Scenario& s, const EngineOptions& o)
       : scenario(checked(s)),
         train(model::expand(scenario.consist)),
         matter(system),
@@ -236,7 +241,7 @@ struct Run {
         integrator(system),
         stepper(system, integrator),
         observer(train, scenario) {
-    forces.setNumberOfThreads(1);  // runs are spread over the cores, not forces
+    forces.setNumberOfThreads(1);  // the runs are distributed over the cores, not the forces of one run
     build(o);
     start(o);
   }
@@ -249,8 +254,8 @@ struct Run {
   std::vector<MobilizedBody::Planar> bodies;
   std::vector<const Bar*> bars;  // the force subsystem owns them
   std::vector<SimTK::Constraint::Rod> rods;
-  const Ground* ground = nullptr;
-  std::vector<std::vector<SimTK::Constraint>> rails;  // of each car; reading `guided`
+  const GroundForces* ground = nullptr;
+  std::vector<std::vector<SimTK::Constraint>> rails;  // constraints of each car; on-track law guided
   SimTK::RungeKuttaMersonIntegrator integrator;
   SimTK::TimeStepper stepper;
   Observer observer;
@@ -260,13 +265,14 @@ struct Run {
   std::string message;
   double wall_time = 0.0;
 
-  void build(const Options& o) {
+  void build(const EngineOptions& o) {
     const Fault fault = o.fault;
-    std::vector<Ground::Truck> trucks;
+    std::vector<GroundForces::Truck> trucks;
     for (std::size_t k = 0; k < train.size(); ++k) {
       const model::Car& car = train[k];
       const double yaw = car.yaw_inertia * (fault == Fault::yaw_inertia ? 1.2 : 1.0);
-      // In the plane only the inertia about the vertical matters; a flat body is one that exists.
+      // In the plane only the inertia about the vertical axis matters. The others must be those of a possible body,
+      // here of a flat one.
       const SimTK::MassProperties mass(car.mass, Vec3(0.0), SimTK::Inertia(0.5 * yaw, 0.5 * yaw, yaw));
       bodies.emplace_back(matter.updGround(), SimTK::Body::Rigid(mass));
       const double half_load = 0.5 * car.weight;
@@ -275,7 +281,7 @@ struct Run {
       trucks.push_back({bodies[k], k, Vec3(-0.5 * car.truck_spacing, 0.0, 0.0), half_load});
       rails.emplace_back();
       if (k > 0 && scenario.ground.on_track_law == inputs::OnTrackLaw::guided) {
-        for (const int q : {0, 2}) {  // heading, place across
+        for (const int q : {0, 2}) {  // heading and lateral position
           rails[k].push_back(SimTK::Constraint::ConstantCoordinate(bodies[k], SimTK::MobilizerQIndex(q), 0.0));
         }
       }
@@ -286,7 +292,7 @@ struct Run {
     for (std::size_t k = 1; k < train.size(); ++k) {
       const Vec3 rear(-reach(train[k - 1]), 0.0, 0.0), front(reach(train[k]), 0.0, 0.0);
       inputs::Coupler law = scenario.coupler;
-      if (fault == Fault::coupler_arm) {  // still without force at the start
+      if (fault == Fault::coupler_arm) {  // moved so that the coupler is still without force at the start
         law.length +=
             0.5 * (train[k - 1].length - train[k - 1].truck_spacing + train[k].length - train[k].truck_spacing);
       }
@@ -298,23 +304,23 @@ struct Run {
     }
     inputs::Ground law = scenario.ground;
     if (fault == Fault::friction_swapped) std::swap(law.on_track_friction, law.off_track_friction);
-    auto floor = std::make_unique<Ground>(law, forces, train.size(), std::move(trucks));
-    ground = floor.get();
-    SimTK::Force::Custom(forces, floor.release());
+    auto friction = std::make_unique<GroundForces>(law, forces, train.size(), std::move(trucks));
+    ground = friction.get();
+    SimTK::Force::Custom(forces, friction.release());
     for (std::size_t k = 0; k < train.size(); ++k) {
       system.addEventHandler(new Crossing(bodies[k], k, *ground, rails[k]));
     }
   }
 
-  void start(const Options& o) {
+  void start(const EngineOptions& o) {
     State state = system.realizeTopology();
     ground->set_weights(state);
-    // Draws of this engine's own, so that two ensembles share none.
+    // Random numbers of this engine's own, so that the ensembles of the two engines share none.
     const inputs::Perturbation& jitter = scenario.initial.perturbation;
     std::seed_seq seeds{static_cast<std::uint32_t>(jitter.seed), static_cast<std::uint32_t>(jitter.seed >> 32),
                         0x51b0d1u};
     std::mt19937_64 engine(seeds);
-    const auto normal = [&engine] {  // Box and Muller; the same with every standard library
+    const auto normal = [&engine] {  // Box and Muller's method: the same with every standard library
       const auto uniform = [&engine] { return (static_cast<double>(engine() >> 11U) + 0.5) * 0x1.0p-53; };
       const double radius = std::sqrt(-2.0 * std::log(uniform()));
       return radius * std::cos(6.283185307179586 * uniform());
@@ -355,7 +361,7 @@ struct Run {
     observer.follow(time(), gaps);
   }
 
-  /// A sample that falls on the time reached.
+  /// Takes a sample if one is due at the time that was reached.
   void sample() {
     const double due = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
     if (time() < due) return;
@@ -412,7 +418,7 @@ struct Run {
 
 class SimbodyRun final : public EngineRun {
  public:
-  SimbodyRun(const inputs::Scenario& scenario, const Options& options) : run_(scenario, options) {}
+  SimbodyRun(const inputs::Scenario& scenario, const EngineOptions& options) : run_(scenario, options) {}
 
   void advance(double t, const std::atomic<bool>* stop) override {
     const auto start = std::chrono::steady_clock::now();
@@ -460,7 +466,7 @@ class SimbodyRun final : public EngineRun {
   }
 
  private:
-  Run run_;
+  SimbodySystem run_;
 };
 
 }  // namespace
@@ -468,6 +474,6 @@ class SimbodyRun final : public EngineRun {
 }  // namespace train_derail::multibody
 
 extern "C" train_derail::multibody::EngineRun* train_derail_start_engine(
-    const train_derail::inputs::Scenario& scenario, const train_derail::multibody::Options& options) {
+    const train_derail::inputs::Scenario& scenario, const train_derail::multibody::EngineOptions& options) {
   return new train_derail::multibody::SimbodyRun(scenario, options);
 }

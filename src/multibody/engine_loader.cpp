@@ -1,4 +1,5 @@
-// Engine as everyone else sees it: loads the module and passes on.
+/// \file
+/// Loads the module with the multibody engine, and passes all calls on to it.
 #include <dlfcn.h>
 
 #include <stdexcept>
@@ -11,7 +12,7 @@ namespace train_derail::multibody {
 namespace {
 
 StartEngine load() {
-  // Never closed: objects of the module live until the process ends.
+  // The module is never unloaded: its objects live until the process ends.
   void* module = dlopen(kEngineModule, RTLD_NOW | RTLD_LOCAL);
   void* function = module == nullptr ? nullptr : dlsym(module, kEngineFunction);
   if (function == nullptr) {
@@ -31,7 +32,7 @@ StartEngine start_engine() {
 
 void require() { start_engine(); }
 
-Engine::Engine(const inputs::Scenario& scenario, const Options& options) {
+Engine::Engine(const inputs::Scenario& scenario, const EngineOptions& options) {
   const std::string part = inputs::first_part_beyond_the_paper(scenario);
   if (!part.empty()) {
     throw inputs::InputError("scenario", part, "", "the multibody engine has no such part", "the paper's model alone");

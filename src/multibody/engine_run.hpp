@@ -1,11 +1,13 @@
-// What the module with Simbody offers. It is loaded when first asked for: everything else starts faster without it.
+/// \file
+/// Interface of the module with Simbody. The module is loaded when it is first needed; without it everything else
+/// starts faster.
 #pragma once
 
 #include "train_derail/multibody/engine.hpp"
 
 namespace train_derail::multibody {
 
-/// One run; see Engine.
+/// One run, see Engine.
 class EngineRun {
  public:
   virtual ~EngineRun() = default;
@@ -19,6 +21,6 @@ class EngineRun {
 
 inline constexpr char kEngineModule[] = "libtrain_derail_multibody.so";
 inline constexpr char kEngineFunction[] = "train_derail_start_engine";
-using StartEngine = EngineRun* (*)(const inputs::Scenario& scenario, const Options& options);
+using StartEngine = EngineRun* (*)(const inputs::Scenario& scenario, const EngineOptions& options);
 
 }  // namespace train_derail::multibody

@@ -12,7 +12,7 @@ namespace {
 
 Vector2 axis(const CarMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
 
-/// Place and velocity of the point `ahead` metres before the centre.
+/// Position and velocity of the point `ahead` metres ahead of the centre of mass.
 Vector2 place(const CarMotion& c, double ahead) { return Vector2(c.x, c.y) + ahead * axis(c); }
 Vector2 velocity(const CarMotion& c, const Vector2& point) {
   return {c.vx - c.omega * (point.y() - c.y), c.vy + c.omega * (point.x() - c.x)};
@@ -43,8 +43,9 @@ void Observer::follow(double t, const std::vector<Gap>& gaps) {
     consider(static_cast<int>(i) + 1, gaps[i].length, t);
     const double h = t - time_;
     if (gaps_.empty() || h <= 0.0 || gaps_[i].rate * gaps[i].rate >= 0.0) continue;
-    // It turned round in between. Rate of Hermite's cubic at s in [0, 1]: r0 + 2 (3 d - 2 r0 - r1) s + 3 (r0 + r1 - 2
-    // d) s^2, d the mean rate: found by bisection, since it changes sign once.
+    // The rate has changed its sign within the step, so an extreme lies there. The rate of Hermite's cubic at s in [0,
+    // 1] is r0 + 2 (3 d - 2 r0 - r1) s + 3 (r0 + r1 - 2 d) s^2, where d is the mean rate. Its zero is found by
+    // bisection, since it changes its sign once.
     const double r0 = gaps_[i].rate, r1 = gaps[i].rate, d = (gaps[i].length - gaps_[i].length) / h;
     const double b = 3.0 * d - 2.0 * r0 - r1, c = r0 + r1 - 2.0 * d;
     double low = 0.0, high = 1.0;

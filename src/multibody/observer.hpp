@@ -1,4 +1,5 @@
-// What the engine's motion means as an outcome: definitions of outcome.hpp, applied to poses and velocities alone.
+/// \file
+/// Makes an outcome of the engine's motion. It applies the definitions of outcome.hpp to poses and velocities only.
 #pragma once
 
 #include <set>
@@ -11,28 +12,29 @@
 
 namespace train_derail::multibody {
 
-/// Length of a coupler and how fast it grows.
+/// Length of a coupler and its rate of growth.
 struct Gap {
-  double length, rate;  // m, m/s
+  double length, rate;  // [m], [m/s]
 };
 
+/// Keeps what the outcome needs of a motion.
 class Observer {
  public:
   Observer(std::vector<model::Car> train, const inputs::Scenario& scenario);
 
-  /// Every state that the integrator hands out, in the order of time.
+  /// Must be called for every state of the integrator, in the order of time.
   void follow(double t, const std::vector<Gap>& gaps);
-  /// A state of the grid outcome.sample_interval.
+  /// Must be called for every state on the grid of outcome.sample_interval.
   void sample(double t, const std::vector<CarMotion>& motion);
 
-  /// Of the last sample.
+  /// Whether every truck centre was slower than stop.speed in the last sample.
   bool at_rest() const { return truck_speed_ < stop_speed_; }
 
-  /// Counts, speeds and pile-up of a train that stands as `motion` says; `past` says who has passed the point of
-  /// derailment.
+  /// Writes counts, speeds and pile-up to the outcome. `motion` is the present motion; `past` says for each car whether
+  /// it has passed the point of derailment.
   void report(const std::vector<CarMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const;
 
-  /// Shortest and longest that any coupler has been, from 1; 0: not shorter (longer) than at first.
+  /// Couplers that have been shortest and longest, counted from 1; 0: none has been shorter (longer) than at the start.
   struct Extreme {
     double length;
     int coupler = 0;
@@ -52,9 +54,9 @@ class Observer {
   Extreme shortest_, longest_;
   std::vector<char> off_track_;
   std::set<std::pair<std::size_t, std::size_t>> touching_;
-  outcome::Closing closing_;
+  outcome::FirstTouch closing_;
   int touches_ = 0;
-  outcome::RelativeSpeed relative_, centres_;  // of car ends, of centres of mass
+  outcome::RelativeSpeed relative_, centres_;  // of facing pins, of centres of mass
   double truck_speed_ = 0.0;
 };
 

@@ -14,16 +14,17 @@ namespace train_derail::multibody {
 
 namespace {
 
-/// Both statistics in whole numbers, so that ties with the observed one are seen.
-struct Statistics {
-  std::int64_t distance = 0;  // times the product of the sizes
-  std::int64_t ranks = 0;     // of a, twice their sum
+/// The two statistics as whole numbers, so that equal values are recognised as equal.
+struct Counts {
+  std::int64_t distance = 0;  // Kolmogorov-Smirnov distance, times the product of the sizes
+  std::int64_t ranks = 0;     // twice the sum of the ranks of a
 };
 
-/// `of_a`: whether the pooled sample's i-th smallest value belongs to a; `tied`: whether it equals the next.
-Statistics statistics(const std::vector<char>& of_a, const std::vector<char>& tied,
-                      const std::vector<std::int64_t>& twice_rank, std::int64_t size_a, std::int64_t size_b) {
-  Statistics s;
+/// Computes both statistics. `of_a[i]`: whether the i-th smallest value of both samples belongs to a. `tied[i]`:
+/// whether it equals the next value.
+Counts counts_of(const std::vector<char>& of_a, const std::vector<char>& tied,
+                 const std::vector<std::int64_t>& twice_rank, std::int64_t size_a, std::int64_t size_b) {
+  Counts s;
   std::int64_t below = 0;  // difference of the two distribution functions, times the product of the sizes
   for (std::size_t i = 0; i < of_a.size(); ++i) {
     below += of_a[i] != 0 ? size_b : -size_a;
@@ -33,7 +34,7 @@ Statistics statistics(const std::vector<char>& of_a, const std::vector<char>& ti
   return s;
 }
 
-/// Exact if all are equal, so that their variance is none.
+/// Returns the mean. It is exact if all values are equal, so that their variance is 0.
 double mean(const std::vector<double>& x) {
   double sum = 0.0;
   for (const double v : x) sum += v - x.front();
@@ -63,10 +64,10 @@ TwoSample compare(const std::vector<double>& a, const std::vector<double>& b, in
     for (std::size_t j = i; j < end; ++j) {
       of_a[j] = pooled[j].second;
       tied[j] = j + 1 < end ? 1 : 0;
-      twice_rank[j] = static_cast<std::int64_t>(i + end + 1);  // ranks from 1, ties share their mean
+      twice_rank[j] = static_cast<std::int64_t>(i + end + 1);  // ranks from 1; equal values share their mean rank
     }
   }
-  const Statistics seen = statistics(of_a, tied, twice_rank, size_a, size_b);
+  const Counts seen = counts_of(of_a, tied, twice_rank, size_a, size_b);
   const std::int64_t expected = size_a * (size_a + size_b + 1);
 
   TwoSample result;
@@ -76,10 +77,10 @@ TwoSample compare(const std::vector<double>& a, const std::vector<double>& b, in
   std::mt19937_64 engine(1);
   int farther = 0, more_uneven = 0;
   for (int p = 0; p < permutations; ++p) {
-    for (std::size_t i = n - 1; i > 0; --i) {  // Fisher and Yates; the bias of the remainder is below 1e-16
+    for (std::size_t i = n - 1; i > 0; --i) {  // shuffle by Fisher and Yates; the bias of the remainder is below 1e-16
       std::swap(of_a[i], of_a[engine() % (i + 1)]);
     }
-    const Statistics s = statistics(of_a, tied, twice_rank, size_a, size_b);
+    const Counts s = counts_of(of_a, tied, twice_rank, size_a, size_b);
     farther += s.distance >= seen.distance ? 1 : 0;
     more_uneven += std::abs(s.ranks - expected) >= std::abs(seen.ranks - expected) ? 1 : 0;
   }

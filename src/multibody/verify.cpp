@@ -4,11 +4,10 @@
 #include <array>
 #include <cmath>
 #include <ctime>
-#include <mutex>
 
 #include <fmt/format.h>
 
-#include "parallel.hpp"
+#include "simulation/many_runs.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/outcome/quantities.hpp"
@@ -139,23 +138,23 @@ Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions
   Ensemble ensemble;
   ensemble.runs = options.runs;
   std::vector<outcome::Outcome> a(static_cast<std::size_t>(options.runs)), b(a.size());
-  std::mutex mutex;
-  std::size_t done = 0;
-  const auto one = [&](std::size_t i) {
-    if (stop != nullptr && *stop) return;
+  const auto compute = [&](std::size_t i) {
     inputs::Scenario s = scenario;
     s.initial.perturbation = {options.spacing, options.yaw_rate,
                               scenario.initial.perturbation.seed + static_cast<std::int64_t>(i) + 1};
-    if (i < a.size()) {
-      b[i] = outcome_of(Engine(s, {0.0, false, options.fault}), stop);  // the long ones first
-    } else {
-      a[i - a.size()] = outcome_of(simulation::Simulation(s), stop);
-    }
-    const std::lock_guard<std::mutex> lock(mutex);
-    ++done;
-    on_progress(static_cast<double>(done) / static_cast<double>(2 * a.size()), "ensembles");
+    if (i < a.size()) return outcome_of(Engine(s, {0.0, false, options.fault}), stop);  // the long ones first
+    return outcome_of(simulation::Simulation(s), stop);
   };
-  for_each_run(2 * a.size(), options.jobs, one);
+  const auto put = [&](std::size_t i, outcome::Outcome outcome) {
+    (i < a.size() ? b[i] : a[i - a.size()]) = std::move(outcome);
+  };
+  const auto say = [&](const simulation::Progress& progress) {
+    on_progress(static_cast<double>(progress.done) / static_cast<double>(progress.total), "ensembles");
+  };
+  const std::atomic<bool> never{false};
+  simulation::Progress progress;
+  progress.total = static_cast<std::int64_t>(2 * a.size());
+  simulation::run_many(2 * a.size(), options.jobs, progress, compute, put, say, stop != nullptr ? *stop : never);
 
   const Criteria& c = options.criteria;
   const auto keep = [&](std::vector<outcome::Outcome>& runs) {

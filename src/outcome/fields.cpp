@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "train_derail/fields/units.hpp"
+#include "train_derail/model/incidents.hpp"
 #include "train_derail/outcome/quantities.hpp"
 
 namespace train_derail::outcome {
@@ -18,17 +19,18 @@ std::string at_coupler(int coupler, double time) {
 }
 
 std::string at_touch(const Outcome& o) {
-  const Closing& c = o.closing_speed_max;
+  const FirstTouch& c = o.closing_speed_max;
   if (c.car_a == 0) return "no footprints touched";
   return fmt::format("cars {} and {} at {:.2f} s, ({:.1f}, {:.1f}) m; normal {}", c.car_a, c.car_b, c.time, c.x, c.y,
-                     in_shown(c.normal_speed, kSpeed));
+                     in_shown(c.speed_normal, kSpeed));
 }
 
 std::string by_cause(const Outcome& o) {
   const DerailedBy& by = o.derailed_by;
   if (by.pod + by.lateral + by.torn_track == 0) return "";
-  return fmt::format("{} at the point of derailment, {} by lateral force, {} on torn track", by.pod, by.lateral,
-                     by.torn_track);
+  const auto text = [](model::Cause cause) { return model::kCauseTexts[static_cast<std::size_t>(cause)]; };
+  return fmt::format("{} {}, {} {}, {} {}", by.pod, text(model::Cause::pod), by.lateral, text(model::Cause::lateral),
+                     by.torn_track, text(model::Cause::torn_track));
 }
 
 bool has_impacts(const Outcome& o) { return o.impacts.count > 0; }
@@ -38,83 +40,97 @@ bool rails_yield(const Outcome& o) { return o.derailed_by.pod + o.derailed_by.la
 
 void add_counts(Fields<Outcome>& f) {
   f.add(
-      "cars", kCars, "cars", "In the train.", [](auto& o) -> auto& { return o.cars; });
+       "cars", kCars, "cars", "Number of cars in the train.", [](auto& o) -> auto& { return o.cars; })
+      .as_headline();
   f.add(
        "cars_past_pod", kCars, "cars past the point of derailment",
-       "Their centre of mass has passed the point of derailment.", [](auto& o) -> auto& { return o.cars_past_pod; })
-      .in_studies();
+       "Cars whose centre of mass has passed the point of derailment.",
+       [](auto& o) -> auto& { return o.cars_past_pod; })
+      .in_studies()
+      .as_headline();
   f.add(
        "cars_off_track", kCars, "cars off the track",
-       "A truck centre has been sideways by more than outcome.off_track_threshold.",
+       "Cars of which a truck centre has been farther from the centre line than outcome.off_track_threshold.",
        [](auto& o) -> auto& { return o.cars_off_track; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-       "cars_derailed", kCars, "cars derailed", "A truck off the rails; where rails never yield: cars_past_pod.",
+       "cars_derailed", kCars, "cars derailed",
+       "Cars with a truck off the rails; where rails never yield: cars_past_pod.",
        [](auto& o) -> auto& { return o.cars_derailed; })
       .noting(by_cause)
       .shown_when(rails_yield)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-      "derailed_by_pod", kCars, "", "Of cars_derailed, first truck off at the point of derailment; rails that yield.",
+      "derailed_by_pod", kCars, "",
+      "Derailed cars whose first truck left the rails at the point of derailment; only for rails that yield.",
       [](auto& o) -> auto& { return o.derailed_by.pod; });
   f.add(
-      "derailed_by_lateral", kCars, "", "Of cars_derailed, first truck off by lateral force; rails that yield.",
+      "derailed_by_lateral", kCars, "",
+      "Derailed cars whose first truck left the rails by lateral force; only for rails that yield.",
       [](auto& o) -> auto& { return o.derailed_by.lateral; });
   f.add(
       "derailed_by_torn_track", kCars, "",
-      "Of cars_derailed, first truck off on track torn up by another truck; rails that yield.",
+      "Derailed cars whose first truck left the rails on track that another truck had torn up; only for rails that "
+      "yield.",
       [](auto& o) -> auto& { return o.derailed_by.torn_track; });
 }
 
 void add_closing(Fields<Outcome>& f) {
   f.add(
        "closing_speed_max", kSpeed, "largest closing speed at touch",
-       "Fastest first touch of two cars' footprints: the relative speed of the two bodies there.",
+       "Largest relative speed of two bodies, at the point where their footprints begin to touch.",
        [](auto& o) -> auto& { return o.closing_speed_max.speed; })
       .noting(at_touch)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-      "closing_speed_normal", kSpeed, "", "The part of closing_speed_max that closes the gap.",
-      [](auto& o) -> auto& { return o.closing_speed_max.normal_speed; });
+      "closing_speed_normal", kSpeed, "", "The part of closing_speed_max that closes the gap between the two bodies.",
+      [](auto& o) -> auto& { return o.closing_speed_max.speed_normal; });
   f.add(
-      "closing_car_a", kCount, "", "Of the fastest touch, from 1; closing_car_a < closing_car_b; 0: none.",
+      "closing_car_a", kCount, "",
+      "First car of the touch with closing_speed_max; closing_car_a < closing_car_b; 0: none.",
       [](auto& o) -> auto& { return o.closing_speed_max.car_a; });
   f.add(
-      "closing_car_b", kCount, "", "The other car of the fastest touch.",
+      "closing_car_b", kCount, "", "The other car of that touch.",
       [](auto& o) -> auto& { return o.closing_speed_max.car_b; });
   f.add(
-      "closing_time", kTime, "", "Of the fastest touch, simulated.",
+      "closing_time", kTime, "", "Simulated time of that touch.",
       [](auto& o) -> auto& { return o.closing_speed_max.time; });
   f.add(
-      "closing_x", kLength, "", "Where the fastest touch was, world frame.",
+      "closing_x", kLength, "", "Point of that touch, world frame, x.",
       [](auto& o) -> auto& { return o.closing_speed_max.x; });
   f.add(
-      "closing_y", kLength, "", "Where the fastest touch was, world frame.",
+      "closing_y", kLength, "", "Point of that touch, world frame, y.",
       [](auto& o) -> auto& { return o.closing_speed_max.y; });
   f.add(
-      "touches", kCount, "", "First touches of footprints.", [](auto& o) -> auto& { return o.touches; });
+      "touches", kCount, "", "Touches of two footprints; a pair counts again after it has parted.",
+      [](auto& o) -> auto& { return o.touches; });
   f.add(
        "relative_speed_max", kSpeed, "largest relative speed of car ends",
-       "Of the facing pins of two neighbouring cars whose coupler holds.",
+       "Largest relative speed of the facing pins of two neighbouring cars whose coupler is not broken.",
        [](auto& o) -> auto& { return o.relative_speed_max.speed; })
       .noting([](const Outcome& o) { return at_coupler(o.relative_speed_max.coupler, o.relative_speed_max.time); })
       .in_studies();
   f.add(
-      "relative_speed_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
+      "relative_speed_coupler", kCount, "", "Coupler of relative_speed_max, between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.relative_speed_max.coupler; });
   f.add(
-      "relative_speed_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.relative_speed_max.time; });
+      "relative_speed_time", kTime, "", "Simulated time of relative_speed_max.",
+      [](auto& o) -> auto& { return o.relative_speed_max.time; });
   f.add(
        "centre_speed_max", kSpeed, "largest relative speed of car centres",
-       "Of the centres of mass of two neighbouring cars whose coupler holds.",
+       "Largest relative speed of the centres of mass of two neighbouring cars whose coupler is not broken.",
        [](auto& o) -> auto& { return o.centre_speed_max.speed; })
       .noting([](const Outcome& o) { return at_coupler(o.centre_speed_max.coupler, o.centre_speed_max.time); })
       .in_studies();
   f.add(
-      "centre_speed_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
+      "centre_speed_coupler", kCount, "", "Coupler of centre_speed_max, between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.centre_speed_max.coupler; });
   f.add(
-      "centre_speed_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.centre_speed_max.time; });
+      "centre_speed_time", kTime, "", "Simulated time of centre_speed_max.",
+      [](auto& o) -> auto& { return o.centre_speed_max.time; });
 }
 
 void add_couplers(Fields<Outcome>& f) {
@@ -126,90 +142,112 @@ void add_couplers(Fields<Outcome>& f) {
        "coupler_buff_peak", kForce, "peak buff force", "Largest compression of any coupler, a magnitude.",
        [](auto& o) -> auto& { return o.coupler_buff_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_buff_peak.coupler, o.coupler_buff_peak.time); })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-      "coupler_buff_peak_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
+      "coupler_buff_peak_coupler", kCount, "", "Coupler of coupler_buff_peak, between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.coupler_buff_peak.coupler; });
   f.add(
-      "coupler_buff_peak_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.coupler_buff_peak.time; });
+      "coupler_buff_peak_time", kTime, "", "Simulated time of coupler_buff_peak.",
+      [](auto& o) -> auto& { return o.coupler_buff_peak.time; });
   f.add(
        "coupler_draft_peak", kForce, "peak draft force", "Largest tension of any coupler, a magnitude.",
        [](auto& o) -> auto& { return o.coupler_draft_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_draft_peak.coupler, o.coupler_draft_peak.time); })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-      "coupler_draft_peak_coupler", kCount, "", "Between cars i and i + 1; 0: none.",
+      "coupler_draft_peak_coupler", kCount, "", "Coupler of coupler_draft_peak, between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.coupler_draft_peak.coupler; });
   f.add(
-      "coupler_draft_peak_time", kTime, "", "Simulated.", [](auto& o) -> auto& { return o.coupler_draft_peak.time; });
+      "coupler_draft_peak_time", kTime, "", "Simulated time of coupler_draft_peak.",
+      [](auto& o) -> auto& { return o.coupler_draft_peak.time; });
   f.add(
-       "couplers_broken", kCouplers, "couplers broken", "By draft force, swing angle or moment.",
+       "couplers_broken", kCouplers, "couplers broken", "Couplers that broke, by draft force, swing or moment.",
        [](auto& o) -> auto& { return o.couplers_broken; })
       .shown_when(has_broken)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-       "impacts", kImpacts, "impacts of car bodies", "At 1 mph and more; 0 where bodies pass through each other.",
+       "impacts", kImpacts, "impacts of car bodies",
+       "Impacts with a closing speed normal of 1 mph or more; 0 where bodies pass through each other.",
        [](auto& o) -> auto& { return o.impacts.count; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-       "impact_speed_max", kSpeed, "largest normal closing speed of an impact", "The part that closes the gap.",
-       [](auto& o) -> auto& { return o.impacts.closing_normal_max; })
+       "impact_speed_max", kSpeed, "largest closing speed normal of an impact",
+       "Largest closing speed normal of an impact.",
+       [](auto& o) -> auto& { return o.impacts.closing_speed_normal_max; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-       "impact_force_peak", kForce, "peak force of an impact", "Normal, a magnitude.",
+       "impact_force_peak", kForce, "peak force of an impact", "Largest normal force of an impact, a magnitude.",
        [](auto& o) -> auto& { return o.impacts.peak_force; })
       .shown_when(has_impacts)
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-       "impact_impulse_max", kImpulse, "largest impulse of an impact", "Of the normal force, a magnitude.",
+       "impact_impulse_max", kImpulse, "largest impulse of an impact",
+       "Largest impulse of the normal force of an impact, a magnitude.",
        [](auto& o) -> auto& { return o.impacts.impulse_max; })
       .shown_when(has_impacts);
   f.add(
        "blockage_force", kForce, "mean blockage force",
-       "Mean buff force on the foremost car on the rails behind the derailed ones, while their coupler holds.",
+       "Mean buff force on the foremost car on the rails behind the derailed cars, while the coupler between them "
+       "holds.",
        [](auto& o) -> auto& { return o.blockage_force; })
       .shown_when(has_blockage)
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_pile_up(Fields<Outcome>& f) {
   f.add(
-       "pile_up_length", kLength, "pile-up length", "Footprints of the cars derailed or off the track, along it.",
+       "pile_up_length", kLength, "pile-up length",
+       "Length along the track that the footprints of all cars derailed or off the track cover.",
        [](auto& o) -> auto& { return o.pile_up.length; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-       "pile_up_width", kLength, "pile-up width", "The same, across the track.",
+       "pile_up_width", kLength, "pile-up width", "Their width across the track.",
        [](auto& o) -> auto& { return o.pile_up.width; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-       "pile_up_area", kArea, "pile-up area", "Convex hull of the footprints.",
+       "pile_up_area", kArea, "pile-up area", "Area of the convex hull of these footprints.",
        [](auto& o) -> auto& { return o.pile_up.area; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
        "main_pile_cars", kCars, "cars in the main pile",
-       "Cars turned by more than 30 degrees, no more than 15 m of track between them.",
+       "Largest group of cars turned by more than 30 degrees, with no more than 15 m of track between neighbours.",
        [](auto& o) -> auto& { return o.pile_up.main_cars; })
       .in_studies();
   f.add(
-       "main_pile_length", kLength, "length of the main pile", "Along the track.",
+       "main_pile_length", kLength, "length of the main pile", "Length of that group along the track.",
        [](auto& o) -> auto& { return o.pile_up.main_length; })
       .in_studies();
   f.add(
-       "cars_across", kCars, "cars at more than 60 degrees", "Of the pile-up, to the track.",
+       "cars_across", kCars, "cars at more than 60 degrees",
+       "Cars of the pile-up at more than 60 degrees to the track.",
        [](auto& o) -> auto& { return o.pile_up.cars_across; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
   f.add(
-       "groups", kGroups, "separate groups of derailed cars", "Of the pile-up, next to each other in the train.",
+       "groups", kGroups, "separate groups of derailed cars",
+       "Groups of cars of the pile-up that are next to each other in the train.",
        [](auto& o) -> auto& { return o.pile_up.groups; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_energy(Fields<Outcome>& f) {
   f.add(
-      "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy.",
-      [](auto& o) -> auto& { return o.energy_initial; });
+       "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy at the start.",
+       [](auto& o) -> auto& { return o.energy_initial; })
+      .as_headline();
   for (const model::EnergyTerm& t : model::kEnergyTerms) {
     f.add(
          t.name, kEnergy, t.title, t.meaning, [term = t.term](auto& o) -> auto& { return o.energy.*term; })
@@ -217,9 +255,10 @@ void add_energy(Fields<Outcome>& f) {
   }
   f.add(
        "energy_residual", kRatio, "energy unaccounted for",
-       "|energies and works summed - energy_initial| / energy_initial, or / what a grade has given a train that stood.",
+       "Size of (sum of energies and works - energy_initial) / energy_initial; for a train that stood: / work_grade.",
        [](auto& o) -> auto& { return o.energy_residual; })
-      .in_studies();
+      .in_studies()
+      .as_headline();
 }
 
 void add_run(Fields<Outcome>& f) {
@@ -235,22 +274,22 @@ void add_run(Fields<Outcome>& f) {
       "message", kNoUnit, "", "Why the integration failed; empty otherwise.",
       [](auto& o) -> auto& { return o.message; });
   f.add(
-      "warnings", kNoUnit, "", "What should be looked at before the numbers are believed; one line each.",
+      "warnings", kNoUnit, "", "What to check before the numbers are believed; one line each.",
       [](auto& o) -> auto& { return o.warnings; });
   f.add(
-      "steps", kCount, "steps", "Of the integrator, accepted.", [](auto& o) -> auto& { return o.solver.steps; });
+      "steps", kCount, "steps", "Accepted steps of the integrator.", [](auto& o) -> auto& { return o.solver.steps; });
   f.add(
-      "rejected_steps", kCount, "rejected steps", "Of the integrator.",
+      "rejected_steps", kCount, "rejected steps", "Rejected steps of the integrator.",
       [](auto& o) -> auto& { return o.solver.rejected_steps; });
   f.add(
       "rhs_evaluations", kCount, "right-hand sides", "Evaluations of the equations of motion.",
       [](auto& o) -> auto& { return o.solver.rhs_evaluations; });
   f.add(
-       "jacobian_evaluations", kCount, "Jacobians", "Evaluations, implicit methods.",
+       "jacobian_evaluations", kCount, "Jacobians", "Evaluations of the Jacobian by implicit methods.",
        [](auto& o) -> auto& { return o.solver.jacobian_evaluations; })
       .shown_when([](const Outcome& o) { return o.solver.jacobian_evaluations > 0; });
   f.add(
-      "wall_time", kTime, "computing time", "Spent in integrating and monitoring.",
+      "wall_time", kTime, "computing time", "Computing time of integration and monitoring.",
       [](auto& o) -> auto& { return o.wall_time; });
 }
 
@@ -270,8 +309,8 @@ const Fields<Outcome>& outcome_fields() {
   return all;
 }
 
-Row row_of(const Field<Outcome>& field, const Outcome& o) {
-  Row row;
+FieldRow row_of(const Field<Outcome>& field, const Outcome& o) {
+  FieldRow row;
   const Value value = field.get(o);
   if (const auto* number = std::get_if<double>(&value)) {
     if (field.unit.si == "1") {

@@ -177,8 +177,8 @@ void Monitor::sample(double t, const double* y) {
   }
   for (; impacts_seen_ < incidents->impacts.size(); ++impacts_seen_) {
     const model::Impact& i = incidents->impacts[impacts_seen_];
-    note({i.closing_speed, i.closing_normal, static_cast<int>(i.car_a) + 1, static_cast<int>(i.car_b) + 1, i.time, i.x,
-          i.y});
+    note({i.closing_speed, i.closing_speed_normal, static_cast<int>(i.car_a) + 1, static_cast<int>(i.car_b) + 1, i.time,
+          i.x, i.y});
   }
 }
 
@@ -200,7 +200,7 @@ void Monitor::sample_speeds(double t, const double* y) {
   consider(centres_squared_, centres_);
 }
 
-void Monitor::note(const Closing& touch) {
+void Monitor::note(const FirstTouch& touch) {
   touches_.push_back(touch);
   if (touch.speed > closing_.speed) closing_ = touch;
 }
@@ -261,9 +261,9 @@ void Monitor::report_incidents(const model::Incidents& incidents, Outcome& o) co
   }
   o.couplers_broken = static_cast<int>(incidents.broken.size());
   for (const model::Impact& i : incidents.impacts) {
-    if (i.closing_normal < kImpactSpeedMin) continue;
+    if (i.closing_speed_normal < kImpactSpeedMin) continue;
     ++o.impacts.count;
-    o.impacts.closing_normal_max = std::max(o.impacts.closing_normal_max, i.closing_normal);
+    o.impacts.closing_speed_normal_max = std::max(o.impacts.closing_speed_normal_max, i.closing_speed_normal);
     o.impacts.peak_force = std::max(o.impacts.peak_force, i.peak_force);
     o.impacts.impulse_max = std::max(o.impacts.impulse_max, i.impulse);
   }
@@ -317,9 +317,9 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
 
 namespace {
 
-void walk_closing(files::Archive& archive, Closing& c) {
+void walk_closing(files::Archive& archive, FirstTouch& c) {
   archive.value("speed", c.speed);
-  archive.value("normal_speed", c.normal_speed);
+  archive.value("speed_normal", c.speed_normal);
   archive.value("car_a", c.car_a);
   archive.value("car_b", c.car_b);
   archive.value("time", c.time);
@@ -361,7 +361,7 @@ void Monitor::walk(files::Archive& archive) {
     archive.value("car_b", pair.second);
   });
   archive.group("closing", [&] { walk_closing(archive, closing_); });
-  archive.list("touches", touches_, [&](Closing& c) { walk_closing(archive, c); });
+  archive.list("touches", touches_, [&](FirstTouch& c) { walk_closing(archive, c); });
   archive.value("impacts_seen", impacts_seen_);
   archive.group("relative", [&] { walk_relative_speed(archive, relative_); });
   archive.group("centres", [&] { walk_relative_speed(archive, centres_); });

@@ -18,8 +18,8 @@ PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool
   bg::model::multi_point<Point> corners;
   PileUp p;
   bool beside = false;
-  Eigen::AlignedBox2d extent;                      // arc length, offset
-  std::vector<std::pair<double, double>> extents;  // along the track, of the counted cars that are turned
+  Eigen::AlignedBox2d extent;                      // in arc length and offset from the track
+  std::vector<std::pair<double, double>> extents;  // first and last arc length of each turned car
   for (std::size_t k = 0; k < cars.size(); ++k) {
     if (counted[k] && !beside) ++p.groups;
     beside = counted[k];

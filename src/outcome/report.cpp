@@ -21,7 +21,7 @@ std::string to_table(const Outcome& o) {
   std::string table;
   for (const auto& field : outcome_fields()) {
     if (field.title.empty() || (field.when && !field.when(o))) continue;
-    const Row row = row_of(field, o);
+    const FieldRow row = row_of(field, o);
     const std::string note = row.note.empty() ? "" : "   " + row.note;
     std::string line = fmt::format("{:<44} {:>14} {:>22}{}", field.title, row.si, row.shown, note);
     line.erase(line.find_last_not_of(' ') + 1);

@@ -21,7 +21,7 @@ std::string distrust(const Outcome& o) {
     const fields::Value value = field.get(o);
     const auto* number = std::get_if<double>(&value);
     if (number != nullptr && !std::isfinite(*number)) {
-      return fmt::format("{} is not a finite number: the motion has blown up", field.name);
+      return fmt::format("{} is not a finite number: the computation has become unstable", field.name);
     }
   }
   if (o.energy_residual > kResidualTooLarge) return "the result cannot be trusted: " + residual_text(o.energy_residual);
@@ -37,7 +37,7 @@ void judge(Outcome& o) {
   }
   if (o.energy_residual > kResidualUnusual) o.warnings.push_back(residual_text(o.energy_residual));
   if (o.ended == Ended::at_rest && o.stop_time == 0.0) {
-    o.warnings.emplace_back("nothing has moved: every truck was slower than stop.speed from the start");
+    o.warnings.emplace_back("nothing moved: every truck was slower than stop.speed from the start");
   }
 }
 

@@ -24,6 +24,29 @@ constexpr char kNoFile[] = ": is not a file; a bag needs one";
 
 std::string active(const std::string& path) { return path + ".active"; }
 
+/// When a message was sent. A type without a header needs a function of its own here.
+template <class Message>
+::ros::Time stamp_of(const Message& m) {
+  return m.header.stamp;
+}
+::ros::Time stamp_of(const rosgraph_msgs::Clock& m) { return m.clock; }
+::ros::Time stamp_of(const tf2_msgs::TFMessage& m) { return m.transforms.at(0).header.stamp; }
+::ros::Time stamp_of(const visualization_msgs::MarkerArray& m) { return m.markers.at(0).header.stamp; }
+
+/// What a bag says of a topic.
+template <class Message>
+boost::shared_ptr<::ros::M_string> make_connection(const Message&, const TopicFacts& topic, const std::string& node) {
+  namespace traits = ::ros::message_traits;
+  auto connection = boost::make_shared<::ros::M_string>();
+  *connection = {{"topic", topic_name(topic, node)},
+                 {"type", traits::datatype<Message>()},
+                 {"md5sum", traits::md5sum<Message>()},
+                 {"message_definition", traits::definition<Message>()},
+                 {"callerid", node},
+                 {"latching", topic.latched == Latched::yes ? "1" : "0"}};
+  return connection;
+}
+
 }  // namespace
 
 std::string bag_path(const std::string& bag) {
@@ -121,37 +144,20 @@ void BagRecorder::fail(const std::string& what) {
   static_cast<void>(bag_.release());
 }
 
-template <class Message>
-void BagRecorder::write(const std::string& topic, const Message& message, const ::ros::Time& stamp, bool latch) {
-  if (!bag_) return;
-  auto& connection = connections_[topic];
-  if (!connection) {
-    namespace traits = ::ros::message_traits;
-    connection = boost::make_shared<::ros::M_string>();
-    *connection = {{"topic", topic},
-                   {"type", traits::datatype<Message>()},
-                   {"md5sum", traits::md5sum<Message>()},
-                   {"message_definition", traits::definition<Message>()},
-                   {"callerid", node_},
-                   {"latching", latch ? "1" : "0"}};
-  }
-  try {
-    bag_->write(topic, stamp, message, connection);
-  } catch (const std::exception& e) {
-    fail(e.what());
-  }
+void BagRecorder::receive(const AnyMessage& message) {
+  // `rosbag play --clock` makes /clock.
+  if (!bag_ || message.index() == topic_number<ClockTopic>()) return;
+  std::visit(
+      [&](const auto* content) {
+        auto& connection = connections_[message.index()];
+        if (!connection) connection = make_connection(*content, topic_facts(message.index()), node_);
+        try {
+          bag_->write(connection->at("topic"), stamp_of(*content), *content, connection);
+        } catch (const std::exception& e) {
+          fail(e.what());
+        }
+      },
+      message);
 }
-
-void BagRecorder::clock(const rosgraph_msgs::Clock& m) { now_ = m.clock; }
-void BagRecorder::tf(const tf2_msgs::TFMessage& m) { write("/tf", m, now_); }
-void BagRecorder::tf_static(const tf2_msgs::TFMessage& m) { write("/tf_static", m, m.transforms.at(0).header.stamp); }
-void BagRecorder::cars(const CarStates& m) { write(node_ + "/cars", m, m.header.stamp); }
-void BagRecorder::couplers(const CouplerForces& m) { write(node_ + "/couplers", m, m.header.stamp); }
-void BagRecorder::markers(const visualization_msgs::MarkerArray& m) { write(node_ + "/markers", m, now_); }
-void BagRecorder::event(const Event& m) { write(node_ + "/events", m, m.header.stamp, false); }
-void BagRecorder::inputs(const Inputs& m) { write(node_ + "/inputs", m, m.header.stamp); }
-void BagRecorder::impacts(const Impacts& m) { write(node_ + "/impacts", m, m.header.stamp); }
-void BagRecorder::outcome(const Outcome& m) { write(node_ + "/outcome", m, m.header.stamp); }
-void BagRecorder::run_info(const RunInfo& m) { write(node_ + "/run_info", m, m.header.stamp); }
 
 }  // namespace train_derail::ros_face

@@ -18,15 +18,7 @@ std::string force_text(double f) {
                      f >= 0.0 ? "buff" : "draft");
 }
 
-const char* cause_text(model::Cause cause) {
-  switch (cause) {
-    case model::Cause::none: break;
-    case model::Cause::pod: return "at the point of derailment";
-    case model::Cause::lateral: return "by lateral force";
-    case model::Cause::torn_track: return "on torn track";
-  }
-  return "";
-}
+std::string_view cause_text(model::Cause cause) { return model::kCauseTexts[static_cast<std::size_t>(cause)]; }
 
 std::string ended_text(const outcome::Outcome& outcome) {
   std::string text =
@@ -69,7 +61,7 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
     observe_coupler(static_cast<int>(i) + 1, buff ? b.buff_peak_time : b.draft_peak_time,
                     buff ? b.buff_peak : -b.draft_peak, last, found);
   }
-  const outcome::Closing& closing = outcome.closing_speed_max;
+  const outcome::FirstTouch& closing = outcome.closing_speed_max;
   if (outcome.touches > touches_ && (touches_ == 0 || closing.speed > fastest_)) {
     fastest_ = closing.speed;
     found.push_back(

@@ -222,7 +222,7 @@ void MarkerScene::add_legends() {
 }
 
 void MarkerScene::update(const simulation::Snapshot& now, const outcome::Outcome& outcome,
-                         const std::vector<outcome::Closing>& touches, double pile_up_x, double pile_up_y,
+                         const std::vector<outcome::FirstTouch>& touches, double pile_up_x, double pile_up_y,
                          const ::ros::Time& stamp) {
   for (const Slot slot : {kOnTrack, kOffTrack, kPastPod, kByPod, kByLateral, kByTornTrack, kDark, kEdges, kCouplers,
                           kArrows, kBroken, kForceAxis, kForceBars, kStars}) {
@@ -344,9 +344,9 @@ void MarkerScene::draw_text(const simulation::Snapshot& now, const outcome::Outc
   }
 }
 
-void MarkerScene::draw_flashes(double time, const std::vector<outcome::Closing>& touches) {
+void MarkerScene::draw_flashes(double time, const std::vector<outcome::FirstTouch>& touches) {
   auto& m = array_.markers;
-  std::vector<const outcome::Closing*> told;
+  std::vector<const outcome::FirstTouch*> told;
   for (auto touch = touches.rbegin(); touch != touches.rend() && time - touch->time < flash_time_; ++touch) {
     const double age = (time - touch->time) / flash_time_;
     const double radius = std::clamp(kStarPerSpeed * touch->speed, kStarMin, kStarMax) * (1.0 - 0.7 * age);

@@ -29,7 +29,7 @@ constexpr double kSpeedBin = 5.0 * inputs::kMph;
 
 void fill_histogram(Impacts& m) {
   for (const Impact& impact : m.impacts) {
-    const auto bin = static_cast<std::size_t>(std::max(0.0, impact.closing_normal) / kSpeedBin);
+    const auto bin = static_cast<std::size_t>(std::max(0.0, impact.closing_speed_normal) / kSpeedBin);
     if (bin >= m.counts.size()) m.counts.resize(bin + 1, 0);
     ++m.counts[bin];
   }
@@ -109,7 +109,7 @@ Impacts to_message(const std::vector<model::Impact>& impacts, double time, const
     to.x = from.x;
     to.y = from.y;
     to.closing_speed = from.closing_speed;
-    to.closing_normal = from.closing_normal;
+    to.closing_speed_normal = from.closing_speed_normal;
     to.impulse = from.impulse;
     to.peak_force = from.peak_force;
   }

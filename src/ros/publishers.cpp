@@ -4,37 +4,46 @@ namespace train_derail::ros_face {
 
 namespace {
 
-// Deep enough for a subscriber that keeps up on average with rate 0; a bound for one that has stopped reading.
-constexpr std::uint32_t kStreamQueue = 1000;
-constexpr std::uint32_t kMarkerQueue = 100;
-constexpr bool kLatch = true;
+/// Whether the parameters leave a topic on.
+template <class Topic>
+bool is_on(const NodeParameters& parameters) {
+  if (std::is_same_v<Topic, ClockTopic>) return parameters.publish_clock;
+  if (std::is_same_v<Topic, TfTopic> || std::is_same_v<Topic, TfStaticTopic>) return parameters.publish_tf;
+  if (std::is_same_v<Topic, MarkersTopic>) return parameters.stream.markers_every > 0;
+  return true;
+}
 
 }  // namespace
 
 Publishers::Publishers(::ros::NodeHandle& private_handle, const NodeParameters& parameters) {
-  if (parameters.publish_clock) {
-    clock_ = private_handle.advertise<rosgraph_msgs::Clock>("/clock", kStreamQueue, kLatch);
-  }
-  if (parameters.publish_tf) {
-    tf_ = private_handle.advertise<tf2_msgs::TFMessage>("/tf", kStreamQueue, kLatch);
-    tf_static_ = private_handle.advertise<tf2_msgs::TFMessage>("/tf_static", 1, kLatch);
-  }
-  cars_ = private_handle.advertise<CarStates>("cars", kStreamQueue, kLatch);
-  couplers_ = private_handle.advertise<CouplerForces>("couplers", kStreamQueue, kLatch);
-  if (parameters.stream.markers_every > 0) {
-    markers_ = private_handle.advertise<visualization_msgs::MarkerArray>("markers", kMarkerQueue, kLatch);
-  }
-  events_ = private_handle.advertise<Event>("events", kStreamQueue);
-  inputs_ = private_handle.advertise<Inputs>("inputs", 1, kLatch);
-  impacts_ = private_handle.advertise<Impacts>("impacts", 1, kLatch);
-  outcome_ = private_handle.advertise<Outcome>("outcome", kStreamQueue, kLatch);
-  run_info_ = private_handle.advertise<RunInfo>("run_info", 1, kLatch);
+  for_each_topic([&](auto topic) {
+    using Topic = decltype(topic);
+    if (!is_on<Topic>(parameters)) return;
+    publishers_[topic_number<Topic>()] =
+        private_handle.advertise<typename Topic::Message>(topic_name(Topic::facts, private_handle.getNamespace()),
+                                                          Topic::facts.queue, Topic::facts.latched == Latched::yes);
+  });
+}
+
+void Publishers::receive(const AnyMessage& message) {
+  const ::ros::Publisher& publisher = publishers_[message.index()];
+  if (publisher) std::visit([&](const auto* content) { publisher.publish(*content); }, message);
+}
+
+void Publishers::idle(const rosgraph_msgs::Clock& clock, const tf2_msgs::TFMessage& frames) {
+  send<ClockTopic>(clock);
+  send<TfTopic>(frames);
+}
+
+bool Publishers::wants_markers() const {
+  const ::ros::Publisher& markers = publishers_[topic_number<MarkersTopic>()];
+  return markers && markers.getNumSubscribers() > 0;
 }
 
 bool Publishers::has_subscribers() const {
-  for (const ::ros::Publisher* p :
-       {&tf_, &cars_, &couplers_, &markers_, &events_, &inputs_, &impacts_, &outcome_, &run_info_}) {
-    if (*p && p->getNumSubscribers() > 0) return true;
+  for (std::size_t i = 0; i < publishers_.size(); ++i) {
+    if (i == topic_number<ClockTopic>() || i == topic_number<TfStaticTopic>()) continue;
+    if (publishers_[i] && publishers_[i].getNumSubscribers() > 0) return true;
   }
   return false;
 }

@@ -30,15 +30,15 @@ void RunStream::start_run(const simulation::Simulation& simulation, const RunSta
   if (run_id_ == 1) {
     tf2_msgs::TFMessage fixed;
     fixed.transforms.push_back(make_transform(header(), options_.frames.pod(), 0.0, 0.0, 0.0));
-    send(&MessageSink::tf_static, fixed);
+    send<TfStaticTopic>(fixed);
   }
   inputs_ = to_message(scenario, simulation.cars(), header(), run_id_);
-  send(&MessageSink::inputs, inputs_);
+  send<InputsTopic>(inputs_);
   run_info(simulation, state);
   const outcome::Outcome outcome = simulation.outcome();
   send_grid_point(simulation, outcome);
   send_impacts(simulation);
-  send(&MessageSink::outcome, to_message(outcome, header(), run_id_));
+  send<OutcomeTopic>(to_message(outcome, header(), run_id_));
 }
 
 void RunStream::grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome) {
@@ -47,7 +47,7 @@ void RunStream::grid_point(const simulation::Simulation& simulation, const outco
   const auto every = std::max<std::int64_t>(1, std::llround(kOutcomeInterval / simulation.scenario().output.interval));
   if ((grid_points_ - 1) % every == 0 && !simulation.ended()) {
     send_impacts(simulation);
-    send(&MessageSink::outcome, to_message(outcome, header(), run_id_));
+    send<OutcomeTopic>(to_message(outcome, header(), run_id_));
   }
 }
 
@@ -57,7 +57,7 @@ void RunStream::end_run(const simulation::Simulation& simulation, const outcome:
   send_events(simulation, outcome);
   complete_markers();
   send_impacts(simulation);
-  send(&MessageSink::outcome, to_message(outcome, header(), run_id_));
+  send<OutcomeTopic>(to_message(outcome, header(), run_id_));
   run_info(simulation, state,
            outcome.message.empty() ? std::string(outcome::to_string(outcome.ended)) : outcome.message);
 }
@@ -80,18 +80,18 @@ void RunStream::send_grid_point(const simulation::Simulation& simulation, const 
   const std_msgs::Header h = header();
   last_ = simulation.snapshot();
   last_outcome_ = outcome;
-  const std::vector<outcome::Closing>& touches = simulation.touches();
-  const auto recent = std::find_if(touches.rbegin(), touches.rend(), [&](const outcome::Closing& touch) {
+  const std::vector<outcome::FirstTouch>& touches = simulation.touches();
+  const auto recent = std::find_if(touches.rbegin(), touches.rend(), [&](const outcome::FirstTouch& touch) {
     return last_.time - touch.time >= scene_->flash_time();
   });
   last_touches_.assign(recent.base(), touches.end());
   pile_up_.update(last_);
   rosgraph_msgs::Clock clock;
   clock.clock = h.stamp;
-  send(&MessageSink::clock, clock);
-  send(&MessageSink::tf, moving_frames(h));
-  send(&MessageSink::cars, to_message(last_.cars, last_.time, h, run_id_));
-  send(&MessageSink::couplers, to_message(last_.couplers, last_.time, h, run_id_));
+  send<ClockTopic>(clock);
+  send<TfTopic>(moving_frames(h));
+  send<CarsTopic>(to_message(last_.cars, last_.time, h, run_id_));
+  send<CouplersTopic>(to_message(last_.couplers, last_.time, h, run_id_));
   markers_sent_ = false;
   if (options_.markers_every > 0 &&
       (markers_empty_ || (grid_points_ % options_.markers_every == 0 && markers_wanted()))) {
@@ -103,7 +103,7 @@ void RunStream::send_grid_point(const simulation::Simulation& simulation, const 
 
 void RunStream::send_events(const simulation::Simulation& simulation, const outcome::Outcome& outcome) {
   for (const Occurrence& occurrence : events_.observe(simulation.snapshot(), outcome, simulation.incidents())) {
-    send(&MessageSink::event, to_message(occurrence, header(), run_id_));
+    send<EventsTopic>(to_message(occurrence, header(), run_id_));
   }
 }
 
@@ -111,7 +111,7 @@ void RunStream::send_impacts(const simulation::Simulation& simulation) {
   Impacts now = to_message(simulation.incidents().impacts, simulation.time(), header(), run_id_);
   if (now.run_id == impacts_.run_id && now.impacts == impacts_.impacts) return;
   impacts_ = std::move(now);
-  send(&MessageSink::impacts, impacts_);
+  send<ImpactsTopic>(impacts_);
 }
 
 void RunStream::complete_markers() {
@@ -121,9 +121,9 @@ void RunStream::complete_markers() {
 void RunStream::send_markers() {
   scene_->update(last_, last_outcome_, last_touches_, pile_up_.x(), pile_up_.y(), clock_.now());
   if (markers_empty_) {
-    send(&MessageSink::markers, scene_->markers_on_empty());
+    send<MarkersTopic>(scene_->markers_on_empty());
   } else {
-    send(&MessageSink::markers, scene_->markers());
+    send<MarkersTopic>(scene_->markers());
   }
   markers_empty_ = false;
   markers_sent_ = true;
@@ -146,7 +146,7 @@ void RunStream::run_info(const simulation::Simulation& simulation, const RunStat
   info.interval = simulation.scenario().output.interval;
   info.cars = static_cast<std::uint32_t>(simulation.cars().size());
   info.title = simulation.scenario().title;
-  send(&MessageSink::run_info, info);
+  send<RunInfoTopic>(info);
 }
 
 std_msgs::Header RunStream::header() const {

@@ -15,11 +15,11 @@
 #include <std_srvs/Trigger.h>
 
 #include "rviz/service_call.hpp"
-#include "train_derail/CarStates.h"
 #include "train_derail/Restart.h"
 #include "train_derail/SetRate.h"
 #include "train_derail/Step.h"
 #include "train_derail/ros/clock_watch.hpp"
+#include "train_derail/ros/topics.hpp"
 
 namespace train_derail::rviz_panel {
 
@@ -163,11 +163,12 @@ struct NodeLink::Core {
     silent_probes = 0;
     subscribed_to = node;
     subscribers = {
-        handle.subscribe(node + "/run_info", 10, &Core::on_run_info, this),
-        handle.subscribe(node + "/inputs", 2, &Core::on_inputs, this),
-        handle.subscribe(node + "/outcome", 2, &Core::on_outcome, this),
-        handle.subscribe(node + "/cars", 2, &Core::on_cars, this),
-        handle.subscribe(node + "/couplers", kForcesQueue, &Core::on_couplers, this),
+        handle.subscribe(ros_face::topic_name(ros_face::RunInfoTopic::facts, node), 10, &Core::on_run_info, this),
+        handle.subscribe(ros_face::topic_name(ros_face::InputsTopic::facts, node), 2, &Core::on_inputs, this),
+        handle.subscribe(ros_face::topic_name(ros_face::OutcomeTopic::facts, node), 2, &Core::on_outcome, this),
+        handle.subscribe(ros_face::topic_name(ros_face::CarsTopic::facts, node), 2, &Core::on_cars, this),
+        handle.subscribe(ros_face::topic_name(ros_face::CouplersTopic::facts, node), kForcesQueue, &Core::on_couplers,
+                         this),
     };
   }
 
@@ -210,7 +211,6 @@ struct NodeLink::Core {
     TrainNow train;
     train.run_id = message->run_id;
     train.time = message->time;
-    train.cars = static_cast<std::uint32_t>(message->cars.size());
     for (const CarState& car : message->cars) {
       train.past_pod += car.past_pod ? 1 : 0;
       train.off_track += car.off_track ? 1 : 0;

@@ -21,7 +21,7 @@ struct TrainNow {
   std::uint32_t run_id = 0;  // 0: not known yet
   double time = 0.0;         // simulated [s]
   double speed_last = 0.0;   // of the last car [m/s]
-  std::uint32_t cars = 0, past_pod = 0, off_track = 0;
+  std::uint32_t past_pod = 0, off_track = 0;
 };
 
 /// How the node has answered a service call.

@@ -1,14 +1,20 @@
 #pragma once
 
+#include <string_view>
+#include <utility>
+#include <vector>
+
 #include <QGridLayout>
 #include <QLabel>
 #include <QWidget>
 
 #include "rviz/node_link.hpp"
+#include "train_derail/outcome/fields.hpp"
 
 namespace train_derail::rviz_panel {
 
-/// What the run has yielded so far, in mph, kip, ft and beside it in SI.
+/// What the run has yielded so far: a row for each outcome that its description calls a headline, in the unit that
+/// people read and beside it in SI.
 class OutcomeTable : public QWidget {
   Q_OBJECT
 
@@ -20,16 +26,16 @@ class OutcomeTable : public QWidget {
  private:
   struct Row {
     QLabel *title, *value, *si;
+    QLabel* note;  ///< below the others, over the whole width: where, when, why
   };
-  Row add_row(const char* name, const char* title, const char* meaning);
-  /// One text over both columns.
-  Row add_wide_row(const char* name, const char* title, const char* meaning);
-  /// What the paper's model does not have: shown if there is some.
-  void show_accident(const Outcome* outcome);
+  /// A row whose value is called "outcome:NAME".
+  Row add_row(std::string_view name, std::string_view title, std::string_view meaning);
+  void show_speed(const TrainNow& train);
 
   QGridLayout* grid_;
-  Row warnings_, derailed_, causes_, speed_, buff_, draft_, broken_, blockage_, closing_, impacts_, impact_force_,
-      pile_up_, site_, spent_, residual_;
+  QLabel* warnings_;
+  Row speed_;
+  std::vector<std::pair<const fields::Field<outcome::Outcome>*, Row>> rows_;
 };
 
 }  // namespace train_derail::rviz_panel

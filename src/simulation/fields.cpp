@@ -25,11 +25,13 @@ const Fields<CarSnapshot>& car_fields() {
         "qx", kRatio, "", "Orientation as a unit quaternion, first imaginary part.",
         [](auto& c) -> auto& { return c.qx; });
     f.add(
-        "qy", kRatio, "", "Second imaginary part.", [](auto& c) -> auto& { return c.qy; });
+        "qy", kRatio, "", "Orientation as a unit quaternion, second imaginary part.",
+        [](auto& c) -> auto& { return c.qy; });
     f.add(
-        "qz", kRatio, "", "Third imaginary part.", [](auto& c) -> auto& { return c.qz; });
+        "qz", kRatio, "", "Orientation as a unit quaternion, third imaginary part.",
+        [](auto& c) -> auto& { return c.qz; });
     f.add(
-        "qw", kRatio, "", "Real part.", [](auto& c) -> auto& { return c.qw; });
+        "qw", kRatio, "", "Orientation as a unit quaternion, real part.", [](auto& c) -> auto& { return c.qw; });
     f.add(
         "vx", kSpeed, "speed along", "Velocity of the centre of mass, world frame.",
         [](auto& c) -> auto& { return c.vx; });
@@ -51,10 +53,12 @@ const Fields<CarSnapshot>& car_fields() {
         "Arc length along the centre line from the point of derailment.",
         [](auto& c) -> auto& { return c.front_truck.s; });
     f.add(
-        "front_truck_offset", kLength, "front truck off the centre line", "Left of the track positive.",
+        "front_truck_offset", kLength, "front truck off the centre line",
+        "Distance of the front truck from the centre line, left positive.",
         [](auto& c) -> auto& { return c.front_truck.offset; });
     f.add(
-        "front_truck_height", kLength, "front truck above the rails", "0 in models of the plane.",
+        "front_truck_height", kLength, "front truck above the rails",
+        "Height of the front truck above the rails; 0 in models of the plane.",
         [](auto& c) -> auto& { return c.front_truck.height; });
     f.add(
         "front_truck_load", kForce, "load of the front truck", "Vertical force that the truck carries.",
@@ -64,10 +68,12 @@ const Fields<CarSnapshot>& car_fields() {
         "Arc length along the centre line from the point of derailment.",
         [](auto& c) -> auto& { return c.rear_truck.s; });
     f.add(
-        "rear_truck_offset", kLength, "rear truck off the centre line", "Left of the track positive.",
+        "rear_truck_offset", kLength, "rear truck off the centre line",
+        "Distance of the rear truck from the centre line, left positive.",
         [](auto& c) -> auto& { return c.rear_truck.offset; });
     f.add(
-        "rear_truck_height", kLength, "rear truck above the rails", "0 in models of the plane.",
+        "rear_truck_height", kLength, "rear truck above the rails",
+        "Height of the rear truck above the rails; 0 in models of the plane.",
         [](auto& c) -> auto& { return c.rear_truck.height; });
     f.add(
         "rear_truck_load", kForce, "load of the rear truck", "Vertical force that the truck carries.",
@@ -95,20 +101,21 @@ const Fields<CouplerSnapshot>& coupler_fields() {
   static const Fields<CouplerSnapshot> all = [] {
     Fields<CouplerSnapshot> f;
     f.add(
-        "gap", kGap, "gap", "Pin to pin.", [](auto& c) -> auto& { return c.gap; });
+        "gap", kGap, "gap", "Distance between the two coupler pins.", [](auto& c) -> auto& { return c.gap; });
     f.add(
         "angle", kAngle, "heading of the bar",
-        "Of the bar in the world frame, from the trail car's pin to the lead car's.",
+        "Heading of the bar in the world frame, from the trail car's pin to the lead car's.",
         [](auto& c) -> auto& { return c.angle; });
     f.add(
-        "axial_force", kForce, "axial force", "Along the bar, buff (compression) positive, draft negative.",
+        "axial_force", kForce, "axial force", "Force along the bar, buff (compression) positive, draft negative.",
         [](auto& c) -> auto& { return c.axial_force; });
     f.add(
         "lateral_force", kForce, "lateral force",
-        "Across the bar; on the lead car along the bar's direction turned by -90 deg.",
+        "Force across the bar; on the lead car it acts along the bar's direction turned by -90 deg.",
         [](auto& c) -> auto& { return c.lateral_force; });
     f.add(
-        "vertical_force", kForce, "vertical force", "On the lead car, up positive; 0 in models of the plane.",
+        "vertical_force", kForce, "vertical force",
+        "Vertical force on the lead car, up positive; 0 in models of the plane.",
         [](auto& c) -> auto& { return c.vertical_force; });
     f.add(
         "swing_lead", kAngle, "swing against the lead car", "Yaw of the bar against the lead car, in (-pi, pi].",
@@ -117,16 +124,18 @@ const Fields<CouplerSnapshot>& coupler_fields() {
         "swing_trail", kAngle, "swing against the trail car", "Yaw of the bar against the trail car, in (-pi, pi].",
         [](auto& c) -> auto& { return c.swing_trail; });
     f.add(
-        "pitch_lead", kAngle, "pitch against the lead car", "0 in models of the plane.",
+        "pitch_lead", kAngle, "pitch against the lead car",
+        "Pitch of the bar against the lead car; 0 in models of the plane.",
         [](auto& c) -> auto& { return c.pitch_lead; });
     f.add(
-        "pitch_trail", kAngle, "pitch against the trail car", "0 in models of the plane.",
+        "pitch_trail", kAngle, "pitch against the trail car",
+        "Pitch of the bar against the trail car; 0 in models of the plane.",
         [](auto& c) -> auto& { return c.pitch_trail; });
     f.add(
-        "moment_lead", kMoment, "moment on the lead car", "Of the swing stop on the lead car, about z.",
+        "moment_lead", kMoment, "moment on the lead car", "Moment of the swing stop on the lead car, about z.",
         [](auto& c) -> auto& { return c.moment_lead; });
     f.add(
-        "moment_trail", kMoment, "moment on the trail car", "Of the swing stop on the trail car, about z.",
+        "moment_trail", kMoment, "moment on the trail car", "Moment of the swing stop on the trail car, about z.",
         [](auto& c) -> auto& { return c.moment_trail; });
     f.add(
         "buff_peak", kForce, "buff, peak",
@@ -138,7 +147,7 @@ const Fields<CouplerSnapshot>& coupler_fields() {
         [](auto& c) -> auto& { return c.draft_peak; });
     f.add(
         "broken", kNoUnit, "broken",
-        "For good: carries nothing any more; gap and angles are still those of the two pins.",
+        "The coupler has broken and carries nothing any more; gap and angles are still those of the two pins.",
         [](auto& c) -> auto& { return c.broken; });
     return f;
   }();

@@ -390,7 +390,7 @@ Checkpoint Simulation::checkpoint() const {
   return c;
 }
 
-const std::vector<outcome::Closing>& Simulation::touches() const { return impl_->monitor.touches(); }
+const std::vector<outcome::FirstTouch>& Simulation::touches() const { return impl_->monitor.touches(); }
 
 const model::Incidents& Simulation::incidents() const {
   static const model::Incidents none;

@@ -38,7 +38,7 @@ img { max-width: 100%; height: auto; }
 tr { break-inside: avoid; } thead { display: table-header-group; } @page { margin: 18mm; } }
 )";
 
-/// Length of the UTF-8 character at `i`, 0 if there is none.
+/// Length in bytes of the UTF-8 character at `i`; 0 if none begins there.
 std::size_t character(const std::string& text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return k < text.size() ? static_cast<unsigned char>(text[k]) : 0u; };
   const unsigned lead = byte(i);
@@ -59,7 +59,7 @@ std::string read(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The five entities that XML knows.
+/// Replaces the five entities that XML knows by their characters.
 std::string unescape(const std::string& text) {
   constexpr std::pair<std::string_view, char> kEntities[]{
       {"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}, {"&amp;", '&'}};
@@ -88,7 +88,7 @@ std::string title_of(const std::string& svg, const std::string& otherwise) {
   return unescape(svg.substr(begin + kOpen.size(), end - begin - kOpen.size()));
 }
 
-std::string cells(const char* tag, const std::vector<Column>& columns, const std::vector<std::string>& texts) {
+std::string cells(const char* tag, const std::vector<PageColumn>& columns, const std::vector<std::string>& texts) {
   std::string row = "<tr>";
   for (std::size_t i = 0; i < columns.size(); ++i) {
     row += fmt::format("<{}{}>{}</{}>", tag, columns[i].numeric ? " class=\"n\"" : "", escape(texts.at(i)), tag);
@@ -128,9 +128,9 @@ std::string base64(const std::string& bytes) {
   return out;
 }
 
-std::string table(const std::vector<Column>& columns, const std::vector<std::vector<std::string>>& rows) {
+std::string table(const std::vector<PageColumn>& columns, const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::string> titles;
-  for (const Column& column : columns) titles.push_back(column.title);
+  for (const PageColumn& column : columns) titles.push_back(column.title);
   std::string out = "<table>\n<thead>" + cells("th", columns, titles) + "</thead>\n<tbody>\n";
   for (const auto& row : rows) out += cells("td", columns, row);
   return out + "</tbody>\n</table>\n";

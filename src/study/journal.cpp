@@ -25,12 +25,12 @@ void write_all(int file, const std::string& path, const std::string& text) {
   const off_t before = lseek(file, 0, SEEK_END);
   const ssize_t written = write(file, text.data(), text.size());
   if (written == static_cast<ssize_t>(text.size())) return;
-  const std::string why = written < 0 ? std::strerror(errno) : "no space for a whole line";
-  if (ftruncate(file, before) != 0) fail(path, why + ", and the torn line cannot be cut off");
+  const std::string why = written < 0 ? std::strerror(errno) : "no space left for the line";
+  if (ftruncate(file, before) != 0) fail(path, why + ", and the incomplete line cannot be removed");
   fail(path, why);
 }
 
-/// One line, whatever stands in it.
+/// Replaces line ends by blanks, so that a row is one line.
 std::string on_one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
@@ -44,7 +44,7 @@ JournalFormat journal_format(const Study& study) {
   for (const auto& q : outcome::quantities()) format.columns.emplace_back(q.name);
   for (const char* name : {"ended", "steps", "rhs_evaluations", "warnings", "message"})
     format.columns.emplace_back(name);
-  Study plan;  // what run_of() needs
+  Study plan;  // run_of() needs only these two
   plan.seed = study.seed;
   plan.replicates = study.replicates;
   format.flaw = [plan, runs = run_count(study),
@@ -88,7 +88,7 @@ Journal::Journal(const std::string& folder, const JournalFormat& format, const S
     const Lock lock(lock_);
     if (!lock.try_shard(shard)) fail(path_, "another process is writing it");
     std::vector<fs::path> journals = journals_in(folder);
-    std::vector<Place> rows;
+    std::vector<RowPlace> rows;
     std::vector<Scan> scans;
     const auto read_all = [&](const std::function<void(const JournalRow&)>& to) {
       rows.clear();
@@ -113,7 +113,8 @@ Journal::Journal(const std::string& folder, const JournalFormat& format, const S
       const Shard owner = shard_of(journals[j]);
       const bool own = journals[j] == path_;
       if (!scans[j].damaged || (!own && !lock.try_shard(owner))) continue;
-      // Nobody else writes it now; read again, as it was not ours while it was read.
+      // Now that it is locked, no other process writes it. It is read again, because it was not locked when it was read
+      // before.
       const Scan now = own ? std::move(scans[j]) : scan(journals[j], j, format, {});
       Lines text(journals);
       write_journal(journals[j], format, now.rows, text);

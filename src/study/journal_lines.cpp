@@ -25,7 +25,7 @@ constexpr int kFormat = 2;
   throw inputs::InputError(where, "", "", problem, allowed);
 }
 
-/// What is wrong with a line of a journal; "" if nothing, `row` is then what it says.
+/// Returns what is wrong with a line of a journal; "" if nothing is, then `row` holds its content.
 std::string flaw_of(std::string_view line, const JournalFormat& format, const std::string& fingerprint,
                     JournalRow& row) {
   const std::size_t comma = line.rfind(',');
@@ -45,7 +45,8 @@ std::string flaw_of(std::string_view line, const JournalFormat& format, const st
   return problem;
 }
 
-/// Reads lines up to a bound; longer ones are cut.
+/// Reads the next line; false at the end of the file. Lines longer than kRowMax are cut. `torn`: the file ends within a
+/// line.
 bool next_line(std::filebuf& file, std::string& line, std::uintmax_t& offset, bool& torn) {
   line.clear();
   for (int c = file.sbumpc(); c != std::char_traits<char>::eof(); c = file.sbumpc()) {
@@ -59,9 +60,8 @@ bool next_line(std::filebuf& file, std::string& line, std::uintmax_t& offset, bo
 
 void require_this_journal(const std::string& path, const std::string& head, const JournalFormat& format) {
   if (head.compare(0, 4, "run,") == 0 && head.find("crc64 (journal ") == std::string::npos) {
-    refuse(path + ":1",
-           "a journal of version 0.1, whose lines have no checksum: nothing shows that they are what was computed",
-           "another folder; or remove this file and compute anew");
+    refuse(path + ":1", "a journal of version 0.1: its lines have no checksum, so mistakes in them cannot be found",
+           "another folder, or remove this file and compute the runs again");
   }
   const std::string mark = "crc64 (journal ";
   const std::size_t place = head.find(mark);
@@ -98,7 +98,7 @@ std::string_view outcome_part(std::string_view line) {
 std::string flaw_of_count(const std::string& column, const std::string& text) {
   return files::number<std::int64_t>(text).value_or(-1) >= 0
              ? ""
-             : fmt::format("{} = '{}': not a whole number from 0 on", column, files::printable(text, files::kShownMax));
+             : fmt::format("{} = '{}': not a whole number >= 0", column, files::printable(text, files::kShownMax));
 }
 
 std::string flaw_of_number(const std::string& column, const std::string& text) {
@@ -148,21 +148,21 @@ Scan scan(const fs::path& path, std::size_t number, const JournalFormat& format,
   return s;
 }
 
-void sort_out(std::vector<Place>& rows, const std::vector<fs::path>& journals) {
-  std::stable_sort(rows.begin(), rows.end(), [](const Place& a, const Place& b) { return a.run < b.run; });
+void sort_out(std::vector<RowPlace>& rows, const std::vector<fs::path>& journals) {
+  std::stable_sort(rows.begin(), rows.end(), [](const RowPlace& a, const RowPlace& b) { return a.run < b.run; });
   for (std::size_t i = 1; i < rows.size(); ++i) {
-    const Place &a = rows[i - 1], &b = rows[i];
+    const RowPlace &a = rows[i - 1], &b = rows[i];
     if (a.run != b.run || a.crc == b.crc) continue;
     refuse(fmt::format("{}:{}", journals[a.journal].string(), a.line),
-           fmt::format("run {} differs from that in {}:{}; which of them is right cannot be told", a.run,
+           fmt::format("run {} differs from the one in {}:{}; it is not known which of them is right", a.run,
                        journals[b.journal].string(), b.line),
            "one of the two, or equal ones");
   }
-  rows.erase(std::unique(rows.begin(), rows.end(), [](const Place& a, const Place& b) { return a.run == b.run; }),
+  rows.erase(std::unique(rows.begin(), rows.end(), [](const RowPlace& a, const RowPlace& b) { return a.run == b.run; }),
              rows.end());
 }
 
-const std::string& Lines::at(const Place& place) {
+const std::string& Lines::at(const RowPlace& place) {
   std::ifstream& file = files_[place.journal];
   if (!file.is_open()) file.open(paths_[place.journal], std::ios::binary);
   file.seekg(static_cast<std::streamoff>(place.offset));
@@ -170,10 +170,10 @@ const std::string& Lines::at(const Place& place) {
   return line_;
 }
 
-void write_journal(const fs::path& path, const JournalFormat& format, const std::vector<Place>& rows, Lines& lines) {
+void write_journal(const fs::path& path, const JournalFormat& format, const std::vector<RowPlace>& rows, Lines& lines) {
   files::OutputFile out(path.string(), files::Existing::replace);
   out.stream() << head_of(format) << "\n";
-  for (const Place& row : rows) out.stream() << lines.at(row) << "\n";
+  for (const RowPlace& row : rows) out.stream() << lines.at(row) << "\n";
   out.commit();
 }
 

@@ -41,7 +41,7 @@ nlohmann::ordered_json read_json(const std::string& path, const std::string& mad
   } catch (const nlohmann::json::parse_error& e) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(e.byte, text.size()));
     wrong_json(fmt::format("{}:{}", path, 1 + std::count(text.begin(), end, '\n')), made_by, "not JSON");
-  } catch (const nlohmann::json::exception&) {  // a number beyond all
+  } catch (const nlohmann::json::exception&) {  // a number that is too large
     wrong_json(path, made_by, "not JSON");
   }
 }

@@ -1,4 +1,5 @@
-// JSON that lies in a folder of results.
+/// \file
+/// Reads JSON files of a results folder.
 #pragma once
 
 #include <string>
@@ -7,11 +8,12 @@
 
 namespace train_derail::study {
 
-/// Throws inputs::InputError: cannot be read, no plain file, too large, nested too deeply, not JSON (with the line).
-/// `made_by` says how to get it anew.
+/// Reads a JSON file. Throws inputs::InputError if it cannot be read, is not a regular file, is too large or nested too
+/// deeply, or is not JSON (with the line). `made_by` says which command writes the file.
 nlohmann::ordered_json read_json(const std::string& path, const std::string& made_by);
 
-/// Runs use(); what is missing or of a wrong kind in JSON that `path` holds becomes an inputs::InputError.
+/// Calls use(), which reads entries of the JSON file `path`. If an entry is missing or has a wrong type, throws
+/// inputs::InputError.
 template <class Use>
 auto checked_json(const std::string& path, const std::string& made_by, Use use);
 
@@ -24,7 +26,7 @@ auto checked_json(const std::string& path, const std::string& made_by, Use use) 
   } catch (const nlohmann::json::out_of_range&) {
     wrong_json(path, made_by, "an entry is missing");
   } catch (const nlohmann::json::type_error&) {
-    wrong_json(path, made_by, "an entry is of a wrong kind");
+    wrong_json(path, made_by, "an entry has a wrong type");
   }
 }
 

@@ -1,4 +1,5 @@
-// What is put together from journals: the table of runs, and one folder from several.
+/// \file
+/// Makes the table of runs from journals, and one results folder from several.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -33,7 +34,7 @@ std::string runs_text(const std::vector<std::int64_t>& runs) {
   return text;
 }
 
-/// Which runs, and which shards, are not there.
+/// Returns which runs and which shards are missing.
 std::string missing_text(const std::vector<bool>& have, const std::vector<fs::path>& journals) {
   std::vector<std::int64_t> runs;
   for (std::size_t i = 0; i < have.size(); ++i) {
@@ -41,7 +42,7 @@ std::string missing_text(const std::vector<bool>& have, const std::vector<fs::pa
   }
   if (runs.empty()) return "";
   std::string text = fmt::format("{} of {} runs are missing: {}", runs.size(), have.size(), runs_text(runs));
-  std::map<int, std::set<int>> shards;  // count: those that have a journal
+  std::map<int, std::set<int>> shards;  // for each number of shards: those that have a journal
   for (const fs::path& path : journals) {
     const Shard s = shard_of(path);
     if (s.count > 1) shards[s.count].insert(s.index);
@@ -72,14 +73,14 @@ std::int64_t write_runs(const std::string& folder, const Study& study, const std
   const HeldLock lock(folder);
   lock.wait_for_tables();
   const std::vector<fs::path> journals = journals_in(folder);
-  std::vector<Place> rows;
+  std::vector<RowPlace> rows;
   for (std::size_t j = 0; j < journals.size(); ++j) {
-    const std::vector<Place> some = scan(journals[j], j, format, {}).rows;
+    const std::vector<RowPlace> some = scan(journals[j], j, format, {}).rows;
     rows.insert(rows.end(), some.begin(), some.end());
   }
   sort_out(rows, journals);
 
-  constexpr std::size_t kPlan = 4;  // run, point, replicate, seed stand before the inputs
+  constexpr std::size_t kPlan = 4;  // run, point, replicate and seed come before the inputs
   std::vector<std::string> fields = format.columns;
   const auto with_inputs = [&](const std::vector<std::string>& values) {
     fields.insert(fields.begin() + kPlan, values.begin(), values.end());
@@ -91,7 +92,7 @@ std::int64_t write_runs(const std::string& folder, const Study& study, const std
   files::OutputFile out(in(folder, "runs.csv"), files::Existing::replace);
   out.stream() << with_inputs(keys) << "\n";
   Lines lines(journals);
-  for (const Place& place : rows) {
+  for (const RowPlace& place : rows) {
     if (stop != nullptr && *stop) throw Stopped();
     std::string problem;
     if (!files::csv_fields(outcome_part(lines.at(place)), fields, problem))
@@ -116,7 +117,7 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
 
   Gathered gathered;
   std::vector<fs::path> journals;
-  std::vector<Place> rows;
+  std::vector<RowPlace> rows;
   std::vector<bool> damaged;
   const auto read = [&](const std::string& of) {
     for (const fs::path& path : journals_in(of)) {
@@ -128,8 +129,8 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
     }
   };
   for (const std::string& other : folders) read(other);
-  std::vector<Place> theirs = rows;
-  sort_out(theirs, journals);  // before anything is created
+  std::vector<RowPlace> theirs = rows;
+  sort_out(theirs, journals);  // rows that differ are reported before anything is created
 
   claim_folder(folder, format.identity);
   const HeldLock lock(folder);
@@ -137,18 +138,18 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
   const std::size_t first = journals.size();
   read(folder);
   std::vector<bool> have(total, false), held(total, false);
-  for (const Place& row : rows) {
+  for (const RowPlace& row : rows) {
     if (row.journal >= first) held[static_cast<std::size_t>(row.run)] = true;
   }
-  const std::vector<Place> in_order_read = rows;
+  const std::vector<RowPlace> in_order_read = rows;
   sort_out(rows, journals);
-  for (const Place& row : rows) have[static_cast<std::size_t>(row.run)] = true;
+  for (const RowPlace& row : rows) have[static_cast<std::size_t>(row.run)] = true;
   gathered.runs = static_cast<std::int64_t>(rows.size());
   gathered.total = static_cast<std::int64_t>(total);
   gathered.missing = missing_text(have, journals);
 
-  std::vector<Place> added;
-  for (const Place& row : rows) {
+  std::vector<RowPlace> added;
+  for (const RowPlace& row : rows) {
     if (!held[static_cast<std::size_t>(row.run)]) added.push_back(row);
   }
   gathered.added = static_cast<std::int64_t>(added.size());
@@ -158,8 +159,8 @@ Gathered gather(const std::string& folder, const std::vector<std::string>& other
   for (std::size_t j = first; j < journals.size(); ++j) {
     const bool takes = journals[j] == target && !added.empty();
     if (!damaged[j] && !takes) continue;
-    std::vector<Place> now;
-    for (const Place& row : in_order_read) {
+    std::vector<RowPlace> now;
+    for (const RowPlace& row : in_order_read) {
       if (row.journal == j) now.push_back(row);
     }
     if (takes) now.insert(now.end(), added.begin(), added.end());

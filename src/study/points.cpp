@@ -19,7 +19,7 @@ namespace train_derail::study {
 
 namespace {
 
-/// Sebastiano Vigna's SplitMix64: decorrelates consecutive numbers.
+/// Mixes the bits of a number, so that consecutive numbers give unrelated results (SplitMix64 by Sebastiano Vigna).
 std::uint64_t mix(std::uint64_t z) {
   z += 0x9e3779b97f4a7c15ULL;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -27,7 +27,7 @@ std::uint64_t mix(std::uint64_t z) {
   return z ^ (z >> 31);
 }
 
-/// A place in (0, 1) of a factor's distribution as its value.
+/// Returns the value of a factor for the share `u` in (0, 1) of its distribution.
 std::string value_at(const Factor& f, double u) {
   switch (f.distribution) {
     case Distribution::uniform: return fmt::format("{}", f.low + u * (f.high - f.low));
@@ -47,7 +47,7 @@ void look_at(const std::atomic<bool>* stop) {
 
 bool by_value(Plan plan) { return plan == Plan::one_at_a_time || plan == Plan::grid; }
 
-/// Dimension by dimension: each in all strata.
+/// Points of a Latin hypercube: in each dimension there is one point in each of n strata, in random order.
 std::vector<double> latin_hypercube_places(const Study& s, const std::atomic<bool>* stop) {
   boost::random::mt19937_64 generator(mix(static_cast<std::uint64_t>(s.seed)));
   boost::random::uniform_01<double> uniform;
@@ -58,7 +58,7 @@ std::vector<double> latin_hypercube_places(const Study& s, const std::atomic<boo
     look_at(stop);
     std::vector<std::size_t> strata(n);
     std::iota(strata.begin(), strata.end(), std::size_t{0});
-    for (std::size_t j = n; j > 1; --j) {  // std::shuffle differs between libraries
+    for (std::size_t j = n; j > 1; --j) {  // not std::shuffle, which differs between standard libraries
       std::swap(strata[j - 1], strata[boost::random::uniform_int_distribution<std::size_t>(0, j - 1)(generator)]);
     }
     for (std::size_t j = 0; j < n; ++j) {
@@ -68,7 +68,7 @@ std::vector<double> latin_hypercube_places(const Study& s, const std::atomic<boo
   return places;
 }
 
-/// Sobol points in (0, 1)^dimension, shifted by half a cell so that none lies on the border.
+/// Points of the Sobol sequence in (0, 1)^dimension, shifted by half a cell so that none lies on the border.
 std::vector<double> sobol_places(std::size_t count, std::size_t dimension, const std::atomic<bool>* stop) {
   boost::random::sobol generator(dimension);
   constexpr double kCells = 18446744073709551616.0;
@@ -80,7 +80,7 @@ std::vector<double> sobol_places(std::size_t count, std::size_t dimension, const
   return places;
 }
 
-/// A count that may be beyond all integers.
+/// Returns a count as text; it may be too large for an integer.
 std::string count_text(long double count) {
   return count < 1e18L ? fmt::format("{}", static_cast<std::int64_t>(count))
                        : fmt::format("{:.3g}", static_cast<double>(count));
@@ -90,7 +90,7 @@ long double point_count(const Study& s) {
   const auto samples = static_cast<long double>(s.samples);
   switch (s.plan) {
     case Plan::one_at_a_time: {
-      long double sum = 1.0L;  // values that are the base's are left out later
+      long double sum = 1.0L;  // values equal to the base's are left out later
       for (const Factor& f : s.factors) sum += static_cast<long double>(f.values.size());
       return sum;
     }
@@ -136,7 +136,7 @@ Points::Points(const Study& s, const std::atomic<bool>* stop) : plan_(s.plan), f
   if (plan_ == Plan::one_at_a_time) {
     for (std::size_t i = 0; i < factors_.size(); ++i) {
       for (std::size_t v = 0; v < factors_[i].values.size(); ++v) {
-        // The base stands for its own value.
+        // A value equal to the base's would repeat the base.
         if (factors_[i].values[v] != base_[i]) alone_.emplace_back(static_cast<int>(i), static_cast<int>(v));
       }
     }
@@ -158,7 +158,7 @@ std::vector<int> Points::choice(std::int64_t i) const {
           alone_[static_cast<std::size_t>(i - 1)].second;
     return values;
   }
-  for (std::size_t f = factors_.size(); f-- > 0;) {  // the last one changes fastest
+  for (std::size_t f = factors_.size(); f-- > 0;) {  // the last factor changes fastest
     const auto count = static_cast<std::int64_t>(factors_[f].values.size());
     values[f] = static_cast<int>(i % count);
     i /= count;
@@ -176,15 +176,13 @@ Point Points::operator[](std::int64_t i) const {
     if (plan_ == Plan::one_at_a_time && i > 0) p.factor = alone_[static_cast<std::size_t>(i - 1)].first;
     return p;
   }
-  // Saltelli: for each sample A, B, then A with one factor after the other taken from B.
+  // Plan saltelli: for each sample the points A and B, then A with one factor after the other taken from B.
   const std::size_t stride = plan_ == Plan::saltelli ? d + 2 : 1;
   const std::size_t sample = static_cast<std::size_t>(i) / stride, kind = static_cast<std::size_t>(i) % stride;
   for (std::size_t f = 0; f < d; ++f) {
     const bool of_b = plan_ == Plan::saltelli && (kind == 1 || kind == f + 2);
     std::string value = value_at(factors_[f], places_[sample * dimension_ + f + (of_b ? d : 0)]);
-    if (whole_[f])
-      value = fmt::format(
-          "{}", std::llround(files::number<double>(value).value()));  // counts of cars have nothing in between
+    if (whole_[f]) value = fmt::format("{}", std::llround(files::number<double>(value).value()));  // whole numbers only
     p.values.push_back(std::move(value));
   }
   return p;
@@ -227,12 +225,11 @@ std::string why_equal(const inputs::Scenario& s, Engine engine) {
   const auto add = [&](bool given, const char* text) {
     if (given) why += (why.empty() ? "" : ", ") + std::string(text);
   };
-  add(p.spacing > 0.0, "spacing is between cars, and there is one");
+  add(p.spacing > 0.0, "spacing needs two cars or more");
   add(p.yaw_rate > 0.0, "yaw_rate multiplies initial.yaw_rate, which is 0");
   add(p.kick > 0.0, "kick needs rails");
   add(p.alignment > 0.0, "alignment needs rails");
-  return why.empty() ? "there is no perturbation, neither of the study nor of its scenario"
-                     : "of the perturbation, " + why;
+  return why.empty() ? "there is no perturbation, neither of the study nor of its scenario" : "perturbation: " + why;
 }
 
 std::vector<std::string> check(const Study& s, const std::atomic<bool>* stop) {
@@ -287,7 +284,7 @@ std::vector<std::string> check(const Study& s, const std::atomic<bool>* stop) {
 Run run_of(const Study& s, std::int64_t index) {
   const std::uint64_t seed = mix(mix(static_cast<std::uint64_t>(s.seed)) ^ static_cast<std::uint64_t>(index));
   return {index, index / s.replicates, static_cast<int>(index % s.replicates),
-          static_cast<std::int64_t>(seed >> 11)};  // exact as a double too
+          static_cast<std::int64_t>(seed >> 11)};  // 53 bits, so that it is exact as a double too
 }
 
 inputs::Scenario scenario_of(const Study& s, const Point& point, const Run& run) {
@@ -298,7 +295,7 @@ inputs::Scenario scenario_of(const Study& s, const Point& point, const Run& run)
   base.initial.perturbation.seed = run.seed;
   inputs::Scenario scenario = inputs::with_values(base, overrides);
   inputs::Perturbation& p = scenario.initial.perturbation;
-  // A seed of nothing is an input without effect, of which every run would warn.
+  // Without any perturbation the seed has no effect, and every run would warn of that.
   if (p.seed == run.seed && p.spacing == 0.0 && p.yaw_rate == 0.0 && p.kick == 0.0 && p.alignment == 0.0) p.seed = 0;
   return scenario;
 }

@@ -22,6 +22,7 @@
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/outcome/outcome.hpp"
 #include "train_derail/outcome/report.hpp"
+#include "train_derail/study/study.hpp"
 
 namespace train_derail::study {
 
@@ -31,7 +32,7 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr std::size_t kFailedShown = 100;
-// Kept on one line: no-break spaces.
+// With no-break spaces, so that a range stays on one line.
 constexpr const char* kTo = "\u00A0to\u00A0";
 constexpr const char* kSpace = "\u00A0";
 
@@ -55,7 +56,7 @@ struct Number {
   std::string label() const { return shown_unit.empty() ? title : fmt::format("{} ({})", title, shown_unit); }
 };
 
-/// A table in memory.
+/// A table that was read into memory.
 struct Table {
   std::string path;
   std::vector<std::string> names;
@@ -75,12 +76,12 @@ struct Results {
   Table summary;
   std::int64_t runs = 0;
   std::optional<Table> sobol;
-  std::map<std::string, Row> points;  // point -> SI text of each factor
+  std::map<std::string, Row> points;  // inputs of each point, SI units as text
   std::size_t failed = 0;
-  std::vector<Row> failures;  // the first of them: run, inputs, reason
+  std::vector<Row> failures;  // the first failed runs: number, inputs, reason
 
-  bool one_at_a_time() const { return study.at("plan") == "one_at_a_time"; }
-  bool by_point() const { return one_at_a_time() || study.at("plan") == "grid"; }
+  bool one_at_a_time() const { return study.at("plan") == to_string(Plan::one_at_a_time); }
+  bool by_point() const { return one_at_a_time() || study.at("plan") == to_string(Plan::grid); }
   std::string base(const Number& factor) const { return study.at("scenario").at(factor.name).get<std::string>(); }
 };
 
@@ -91,7 +92,8 @@ Number number_of(const ordered_json& about, const std::string& name) {
   return {name, c.at("title"), c.at("shown_unit"), c.at("unit") != "", c.at("per_shown")};
 }
 
-/// The table is as it was left: about.json, written last, has its checksum.
+/// Returns the path of a table after checking that it was not changed: about.json, which is written last, has its
+/// checksum.
 std::string checked(const Results& r, const char* name) {
   const std::string path = in(r.folder, name);
   const std::string now = files::crc32_of_file(path);
@@ -152,12 +154,12 @@ Results read_results(const std::string& folder) {
     for (const ordered_json& name : r.study.at("outcomes")) r.outcomes.push_back(number_of(r.about, name));
     read_runs(r);
     r.summary = read_table(checked(r, "summary.csv"));
-    if (r.study.at("plan") == "saltelli") r.sobol = read_table(checked(r, "sobol.csv"));
+    if (r.study.at("plan") == to_string(Plan::saltelli)) r.sobol = read_table(checked(r, "sobol.csv"));
   });
   return r;
 }
 
-/// Text of `j[key]`, in whatever form it stands there.
+/// Returns `j[key]` as text, whether it is a text or a number.
 std::string field(const ordered_json& j, const char* key) {
   if (!j.contains(key)) return "not known";
   return j.at(key).is_string() ? j.at(key).get<std::string>() : j.at(key).dump();
@@ -165,15 +167,15 @@ std::string field(const ordered_json& j, const char* key) {
 
 std::string overview(const Results& r) {
   const ordered_json& perturbation = r.study.at("perturbation");
-  Facts facts{{"plan", field(r.study, "plan")},
-              {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
-              {"runs a point", field(r.study, "replicates")},
-              {"perturbation of every run",
-               fmt::format("spacing {} m, initial angular velocity {} of itself, kick {} m/s, alignment {} m",
-                           digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")),
-                           digits(perturbation.at("kick")), digits(perturbation.at("alignment")))},
-              {"seed", field(r.study, "seed")},
-              {"base scenario", field(r.study.at("scenario"), "title")}};
+  Facts facts{
+      {"plan", field(r.study, "plan")},
+      {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
+      {"runs for each point", field(r.study, "replicates")},
+      {"perturbation of every run", fmt::format("spacing {} m, yaw rate {} (relative), kick {} m/s, alignment {} m",
+                                                digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")),
+                                                digits(perturbation.at("kick")), digits(perturbation.at("alignment")))},
+      {"seed", field(r.study, "seed")},
+      {"base scenario", field(r.study.at("scenario"), "title")}};
   if (!r.by_point()) facts.insert(facts.begin() + 1, {"samples", field(r.study, "samples")});
   return html::facts(facts);
 }
@@ -206,11 +208,11 @@ std::string median_of(const Results& r, const Row& cell, const Number& outcome) 
   return fmt::format("{} ({}{}{})", q("median"), q("q05"), kTo, q("q95"));
 }
 
-/// What identifies a point: its changed input, or all of them.
+/// Returns the cells that identify a point: the input that was changed, or all inputs.
 Row point_cells(const Results& r, const std::string& point, const std::string& name) {
   const auto found = r.points.find(point);
   Row cells(r.one_at_a_time() ? 3 : r.factors.size());
-  if (found == r.points.end()) {  // none of its runs is there yet
+  if (found == r.points.end()) {  // none of its runs has been computed yet
     cells[0] = name;
     return cells;
   }
@@ -230,7 +232,7 @@ Row point_cells(const Results& r, const std::string& point, const std::string& n
 }
 
 std::string table_by_point(const Results& r) {
-  std::vector<html::Column> columns;
+  std::vector<html::PageColumn> columns;
   if (r.one_at_a_time()) columns = {{"input", false}, {"value", true}, {"change", true}};
   else
     for (const Number& factor : r.factors) columns.push_back({factor.title, true});
@@ -240,7 +242,7 @@ std::string table_by_point(const Results& r) {
 
   std::vector<Row> rows;
   std::string last;
-  for (const Row& cell : r.summary.rows) {  // the outcomes of a point stand together, in the study's order
+  for (const Row& cell : r.summary.rows) {  // the outcomes of a point follow each other, in the order of the study
     const std::string& point = cell[r.summary.column("point")];
     if (rows.empty() || point != last) {
       rows.push_back(point_cells(r, point, cell[r.summary.column("name")]));
@@ -305,7 +307,7 @@ std::string sobol_table(const Results& r) {
 
 std::string failed_table(const Results& r) {
   if (r.failed == 0) return "";
-  std::vector<html::Column> columns{{"run", true}};
+  std::vector<html::PageColumn> columns{{"run", true}};
   for (const Number& factor : r.factors) columns.push_back({factor.title, true});
   columns.push_back({"reason", false});
   std::vector<Row> rows = r.failures;
@@ -314,10 +316,11 @@ std::string failed_table(const Results& r) {
   }
   std::string rest;
   if (r.failed > rows.size()) rest = fmt::format("<p>{} more in runs.csv.</p>\n", r.failed - rows.size());
-  return "<h2>Failed runs</h2>\n<p>They are counted, but in no median.</p>\n" + html::table(columns, rows) + rest;
+  return "<h2>Failed runs</h2>\n<p>They are counted, but left out of all medians.</p>\n" + html::table(columns, rows) +
+         rest;
 }
 
-/// What is to be looked at before the numbers are believed.
+/// Returns the warnings, which should be read before the numbers are believed.
 std::string warnings(const Results& r) {
   std::string list;
   for (const ordered_json& warning : r.about.at("warnings"))
@@ -329,13 +332,13 @@ bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/// Those of each outcome together, the others first.
+/// Returns the pictures, those of each outcome together, all others first.
 std::string pictures(const Results& r) {
   std::vector<std::string> paths = html::pictures_in(in(r.folder, "pictures"));
   if (paths.empty()) {
     return fmt::format(
         "<h2>Pictures</h2>\n<p>There are none yet: <code>rosrun train_derail plot_study.py {}</code> "
-        "draws them; then make this page anew.</p>\n",
+        "draws them; then make this page again.</p>\n",
         html::escape(r.folder));
   }
   std::string of_outcomes;

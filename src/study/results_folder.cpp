@@ -31,7 +31,7 @@ constexpr const char* kStudyMakesIt = "derail study";
   throw InputError(where, "", "", problem, allowed);
 }
 
-/// Names of results, of studies and validations.
+/// Whether a file has the name of a result of a study or validation.
 bool would_be_written(const fs::path& path) {
   constexpr const char* kNames[] = {"runs.csv", "summary.csv", "sobol.csv",      "about.json",
                                     "rows.csv", "members.csv", "validation.json"};
@@ -47,7 +47,7 @@ std::string first_difference(const nlohmann::json& was, const nlohmann::json& is
   const auto at = [&](const nlohmann::json& j) {
     if (!j.contains(place)) return std::string("nothing");
     constexpr std::size_t kLong = 120;
-    const std::string text = j.at(place).dump(-1, ' ', true);  // ASCII: a cut hits no character
+    const std::string text = j.at(place).dump(-1, ' ', true);  // ASCII only, so that the cut splits no character
     return text.size() > kLong ? text.substr(0, kLong) + "..." : text;
   };
   return fmt::format("{}: was {}, is now {}",
@@ -55,14 +55,14 @@ std::string first_difference(const nlohmann::json& was, const nlohmann::json& is
                      at(was), at(is));
 }
 
-/// How the study in a folder differs; "" if it is this one.
+/// Returns how the study in a folder differs from this one; "" if it is the same.
 std::string difference(const std::string& folder, const std::string& identity) {
   const nlohmann::json was = read_json(in(folder, "study.json"), kStudyMakesIt);
   const std::string found = first_difference(was, nlohmann::json::parse(identity));
   return found.empty() ? "" : "holds results of another study; " + found;
 }
 
-/// Place of a shard's lock in study.json.
+/// Offset of a shard's lock in study.json.
 std::int64_t place(const Shard& s) { return (static_cast<std::int64_t>(s.count) << 31) + s.index; }
 
 }  // namespace
@@ -131,11 +131,11 @@ HeldLock::~HeldLock() { close(file); }
 void claim_folder(const std::string& folder, const std::string& identity) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder, error)) fail(folder, error ? error.message() : "is no folder");
+  if (error || !fs::is_directory(folder, error)) fail(folder, error ? error.message() : "is not a folder");
   const std::string file = in(folder, "study.json");
   if (!fs::exists(file, error)) {
     for (const auto& entry : fs::directory_iterator(folder, error)) {
-      // Looked for again: another shard may have begun in the meantime.
+      // Checked again: another shard may have created study.json in the meantime.
       if (would_be_written(entry.path()) && !fs::exists(file, error)) {
         fail(folder, "holds " + entry.path().filename().string() + " but no study.json: not a folder of this program");
       }
@@ -143,7 +143,7 @@ void claim_folder(const std::string& folder, const std::string& identity) {
     try {
       files::write_file(file, identity + "\n");
       return;
-    } catch (const files::ExistsError&) {  // ... and been faster
+    } catch (const files::ExistsError&) {  // another shard has created it
     }
   }
   if (const std::string other = difference(folder, identity); !other.empty()) fail(folder, other);

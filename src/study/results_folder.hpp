@@ -1,4 +1,5 @@
-// A folder of results: which journals lie in it, and who may write them.
+/// \file
+/// A results folder: which journals are in it, and which process may write them.
 #pragma once
 
 #include <filesystem>
@@ -9,27 +10,27 @@
 
 namespace train_derail::study {
 
-/// Path of a file in a folder.
+/// Returns the path of a file in a folder.
 std::string in(const std::string& folder, const std::string& name);
 
 std::string journal_name(const Shard& shard);
-/// Of a name as journal_name() makes it; count 0: of no journal.
+/// Returns the shard that a journal belongs to by its name; its count is 0 if the file is not a journal.
 Shard shard_of(const std::filesystem::path& path);
-/// In the order of their names.
+/// Returns the journals in a folder, in the order of their names.
 std::vector<std::filesystem::path> journals_in(const std::string& folder);
 
-/// Throw std::runtime_error, "PATH: what is wrong"; the second says what the system says.
+/// Throw std::runtime_error with the text "PATH: problem"; for the second the problem is that of errno.
 [[noreturn]] void fail(const std::string& path, const std::string& problem);
 [[noreturn]] void fail_errno(const std::string& path);
 
-/// Locks of ranges of study.json: the shards', and beyond them that of whatever is put together from the journals. They
-/// belong to an open file, end with it, and work over a network. The journals themselves can then be replaced.
+/// Locks on ranges of bytes of study.json: one for each shard, and one for writing tables. The locks belong to the open
+/// file, end when it is closed, and work over a network. Since they are not on the journals, these can be replaced.
 class Lock {
  public:
   explicit Lock(int file) : file_(file) {}
-  /// Opens study.json of a folder. Throws std::runtime_error.
+  /// Opens study.json of a folder for locking. Throws std::runtime_error.
   static int open(const std::string& folder);
-  /// False if another process has it.
+  /// Locks one shard; returns false if another process has locked it.
   bool try_shard(const Shard& shard) const;
   bool try_all_shards() const;
   void wait_for_tables() const;
@@ -40,7 +41,7 @@ class Lock {
   int file_;
 };
 
-/// Closed at the end of its life, and with it what is locked by it.
+/// A Lock that opens study.json itself, and closes it at the end of its life.
 struct HeldLock : Lock {
   explicit HeldLock(const std::string& folder) : HeldLock(Lock::open(folder)) {}
   ~HeldLock();

@@ -1,53 +1,16 @@
 #include "train_derail/study/runner.hpp"
 
-#include <chrono>
-#include <mutex>
+#include <utility>
 #include <vector>
 
-#include "parallel.hpp"
+#include "simulation/many_runs.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/multibody/engine.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::study {
 
-namespace {
-
-/// Counts what is done and says so; calls come from all threads.
-class Teller {
- public:
-  Teller(Progress& progress, const std::function<void(const Progress&)>& on_progress)
-      : progress_(progress), on_progress_(on_progress) {}
-
-  double elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-  std::int64_t computed() const { return computed_; }
-
-  /// `keep` is called first, under the same lock.
-  template <class Keep>
-  void done(const outcome::Outcome& outcome, const Keep& keep) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    keep();
-    ++computed_;
-    ++progress_.done;
-    if (outcome.ended == outcome::Ended::integration_failed) {
-      ++progress_.failed;
-      progress_.message = outcome.message;
-    }
-    progress_.rate = static_cast<double>(computed_) / elapsed();
-    on_progress_(progress_);
-  }
-
- private:
-  Progress& progress_;
-  const std::function<void(const Progress&)>& on_progress_;
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::mutex mutex_;
-  std::int64_t computed_ = 0;
-};
-
-}  // namespace
-
-int jobs_max() { return train_derail::jobs_max(); }
+int jobs_max() { return simulation::jobs_max(); }
 
 outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& run, const std::atomic<bool>& stop) {
   try {
@@ -90,19 +53,19 @@ RunReport run_study(const Study& study, const RunOptions& options,
       else missing.push_back(index);
     }
 
-    Teller teller(progress, on_progress);
-    for_each_run(missing.size(), options.jobs, [&](std::size_t i) {
-      if (stop) return;
+    const auto compute = [&](std::size_t i) {
       const Run run = run_of(study, missing[i]);
-      const outcome::Outcome outcome = outcome_of(study, points[run.point], run, stop);
-      if (outcome.ended == outcome::Ended::running) return;
-      teller.done(outcome, [&] { journal.append(journal_fields(run, outcome), outcome.wall_time); });
-    });
-    report.computed = teller.computed();
-    report.failed = progress.failed;
-    report.runs = progress.done;
-    report.stopped = progress.done < progress.total;
-    report.wall_time = teller.elapsed();
+      return outcome_of(study, points[run.point], run, stop);
+    };
+    const auto keep = [&](std::size_t i, const outcome::Outcome& outcome) {
+      journal.append(journal_fields(run_of(study, missing[i]), outcome), outcome.wall_time);
+    };
+    const auto runs = simulation::run_many(missing.size(), options.jobs, progress, compute, keep, on_progress, stop);
+    report.computed = runs.computed;
+    report.failed = runs.progress.failed;
+    report.runs = runs.progress.done;
+    report.stopped = runs.progress.done < runs.progress.total;
+    report.wall_time = runs.wall_time;
   } catch (const Stopped&) {
     report.stopped = true;
   }
@@ -118,13 +81,12 @@ std::vector<outcome::Outcome> run_in_memory(const Study& study, int jobs,
   std::vector<outcome::Outcome> outcomes(static_cast<std::size_t>(run_count(study)));
   Progress progress;
   progress.total = static_cast<std::int64_t>(outcomes.size());
-  Teller teller(progress, on_progress);
-  for_each_run(outcomes.size(), jobs, [&](std::size_t i) {
-    if (stop) return;
+  const auto compute = [&](std::size_t i) {
     const Run run = run_of(study, static_cast<std::int64_t>(i));
-    outcomes[i] = outcome_of(study, points[run.point], run, stop);
-    if (outcomes[i].ended != outcome::Ended::running) teller.done(outcomes[i], [] {});
-  });
+    return outcome_of(study, points[run.point], run, stop);
+  };
+  const auto keep = [&](std::size_t i, outcome::Outcome outcome) { outcomes[i] = std::move(outcome); };
+  simulation::run_many(outcomes.size(), jobs, progress, compute, keep, on_progress, stop);
   return outcomes;
 }
 

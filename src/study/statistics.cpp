@@ -66,7 +66,7 @@ Spread spread(std::vector<double> sample) {
 PredictiveRanks predictive_ranks(std::size_t n, double share) {
   if (n == 0) return {0, 0, kNone};
   const double all = static_cast<double>(n) + 1.0, beyond = 0.5 * (1.0 - share) * all;
-  constexpr double kRounding = 1e-9;  // 20 * 0.05 is rank 1, not a little less
+  constexpr double kRounding = 1e-9;  // so that 20 * 0.05 gives rank 1 in spite of rounding
   const auto low = static_cast<std::size_t>(std::max(std::floor(beyond + kRounding), 1.0));
   const std::size_t high = n + 1 - low;
   return {low, high, static_cast<double>(high - low) / all};
@@ -88,7 +88,7 @@ std::vector<SobolIndex> sobol_indices(const std::vector<double>& a, const std::v
   for (const std::vector<double>& y : ab) {
     const Estimate now = estimate(a, b, y, all);
     std::vector<double> first, total;
-    boost::random::mt19937_64 generator(12345);  // the same intervals each time
+    boost::random::mt19937_64 generator(12345);  // a fixed seed: the same intervals each time
     boost::random::uniform_int_distribution<std::size_t> any(0, a.size() - 1);
     std::vector<std::size_t> pick(a.size());
     for (int i = 0; i < bootstraps; ++i) {

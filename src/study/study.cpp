@@ -33,7 +33,7 @@ constexpr std::array<Names<Distribution>, 3> kDistributions{
 
 const inputs::Range kSpreads = inputs::between(0.01, 100.0);
 
-/// A factor and a study as they stand in the file, before units are known.
+/// A factor and a study as they are written in the file, before units are converted.
 struct FactorEntry {
   std::string key, label, low, high;
   std::vector<std::string> values, scale;
@@ -62,34 +62,34 @@ void describe_study(V& v, StudyEntry& s) {
         w.value("key", f.key, "Key of the scenario.");
         w.text("label", f.label, "For pictures.");
         w.texts("values", f.values, "Values of the plans one_at_a_time and grid.");
-        w.texts("scale", f.scale, "The same as multiples of the base value.");
-        w.choice("distribution", f.distribution, kDistributions, "Of the random plans.");
-        w.value("low", f.low, "Lower end; of normal the 5 % point.");
-        w.value("high", f.high, "Upper end; of normal the 95 % point.");
+        w.texts("scale", f.scale, "Values as multiples of the base value.");
+        w.choice("distribution", f.distribution, kDistributions, "Distribution, for random plans.");
+        w.value("low", f.low, "Lower end of the range; of normal the 5 % point.");
+        w.value("high", f.high, "Upper end of the range; of normal the 95 % point.");
       },
       "Inputs that vary; [] for an ensemble of the scenario itself.", false);
   v.choice("plan", s.plan, kPlans, "How points are chosen.");
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
   v.number("spread", s.spread, {"1", "", kSpreads},
-           "Of a random plan: half-widths of all ranges times this, about their middles.");
-  v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs a point.");
+           "Factor on the half-width of every range of a random plan; the middles stay.");
+  v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs for each point.");
   v.group(
       "perturbation", s.perturbation, [](auto& w, auto& p) { inputs::describe_perturbation_sizes(w, p); },
-      "Sizes; every run has a seed of its own.");
-  v.texts("outcomes", s.outcomes, "What is summarised and drawn.");
-  v.integer("seed", s.seed, inputs::between(0, 9007199254740992.0), false, "Of points and perturbations.");
+      "Sizes of the perturbation; every run has a seed of its own.");
+  v.texts("outcomes", s.outcomes, "Outcomes that are summarised and drawn.");
+  v.integer("seed", s.seed, inputs::between(0, 9007199254740992.0), false, "Seed of points and perturbations.");
 }
 
 bool random(Plan plan) { return plan != Plan::one_at_a_time && plan != Plan::grid; }
 
-/// A text as YAML that is this text, whatever stands in it.
+/// Returns a text in YAML quotes, so that it is read as this text whatever it holds.
 std::string yaml_text(const std::string& text) {
   YAML::Emitter out;
   out << YAML::DoubleQuoted << text;
   return out.c_str();
 }
 
-/// `text` with its unit as the key's SI value: the scenario's own reader converts and checks it.
+/// Returns the value `text`, with its unit, in the SI unit of the key. The reader of scenarios converts and checks it.
 std::string si_text(const YAML::Node& tree, const inputs::KeyValue& now, const std::string& text,
                     const std::string& where) {
   const std::string& key = now.key;
@@ -102,10 +102,10 @@ std::string si_text(const YAML::Node& tree, const inputs::KeyValue& now, const s
   }
 }
 
-/// Of a KeyValue that is a number.
+/// Returns the value of a KeyValue that is a number.
 double number_of(const std::string& si) { return si == ".inf" ? inputs::kInfinity : files::number<double>(si).value(); }
 
-/// An SI number for people: "30 mph".
+/// Returns a number for people, in the unit that they read: "30 mph".
 std::string shown(const inputs::KeyValue& key, double si) {
   if (key.whole) return fmt::format("{}", si);
   if (key.shown_unit.empty()) return fmt::format("{:.6g}{}", si, key.unit == "1" ? "" : " " + key.unit);
@@ -170,7 +170,8 @@ Factor resolve(const FactorEntry& entry, const StudyEntry& study, const inputs::
   return f;
 }
 
-/// A factor that the laws of the base scenario do not use, and no other factor's value makes them use.
+/// Throws InputError if a factor has no effect: if neither the laws of the base scenario nor those that another factor
+/// chooses use it.
 void refuse_idle(const Study& study, const Factor& f, const std::string& where) {
   inputs::Scenario base = study.base;
   base.initial.perturbation = study.perturbation;
@@ -180,21 +181,21 @@ void refuse_idle(const Study& study, const Factor& f, const std::string& where) 
     for (const std::string& value : other.values) {
       try {
         if (inputs::key_value(inputs::with_values(base, {{other.key, value}}), f.key).acts_with.empty()) return;
-      } catch (const InputError&) {  // no scenario, or one without the key
+      } catch (const InputError&) {  // not a valid scenario, or one without this key
       }
     }
   }
   throw InputError(where, f.key, "", "has no effect in this scenario", "with " + acts_with);
 }
 
-/// Everything ends in tables and JSON: what cannot stand there is said before anything is computed.
+/// All texts are written to tables and JSON. So a text that is not UTF-8 is refused before anything is computed.
 void require_utf8(const std::string& where, const std::string& key, const std::string& text) {
   if (!files::is_utf8(text)) throw InputError(where, key, "", "not UTF-8", "text in UTF-8");
 }
 
 Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides,
                  std::optional<double> spread) {
-  inputs::Places places;
+  inputs::KeyPlaces places;
   const std::vector<inputs::Override> none;
   StudyEntry entry;
   inputs::TreeReader reader(root, "", path, none, places);
@@ -214,7 +215,7 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
                      "a list of groups; [] for an ensemble of the scenario itself");
   }
   if (entry.factors.empty() && random(entry.plan)) {
-    throw InputError(where("factors"), "factors", "[]", "the plan samples inputs, and there are none",
+    throw InputError(where("factors"), "factors", "[]", "this plan samples inputs, but there are no factors",
                      "at least one, or another plan");
   }
   if (entry.factors.size() > kFactorsMax) {
@@ -252,7 +253,8 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     throw InputError(where(e.key()), e.key(), e.value(), e.problem(), e.allowed());
   }
   if (!random(entry.plan) && entry.spread != 1.0) {
-    throw InputError(where("spread"), "spread", fmt::format("{}", entry.spread), "the plan samples no ranges", "1");
+    throw InputError(where("spread"), "spread", fmt::format("{}", entry.spread),
+                     "this plan has no ranges to make wider", "1");
   }
 
   Study study;
@@ -269,7 +271,7 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   study.seed = entry.seed;
   for (const inputs::KeyValue& v : inputs::key_values(study.base)) require_utf8(entry.scenario, v.key, v.value);
   const YAML::Node tree = YAML::Load(inputs::to_yaml(study.base));
-  study.base = inputs::read_scenario(tree, path);  // now with every default spelt out
+  study.base = inputs::read_scenario(tree, path);  // now with all defaults filled in
   for (std::size_t i = 0; i < entry.factors.size(); ++i) {
     study.factors.push_back(
         resolve(entry.factors[i], entry, study.base, tree, where(fmt::format("factors[{}].key", i))));
@@ -316,7 +318,7 @@ Study read_study_text(const std::string& text, const std::string& path) {
 }
 
 Study widened(Study study, double factor) {
-  if (factor == 1.0) return study;  // the same bits
+  if (factor == 1.0) return study;  // without any rounding
   for (Factor& f : study.factors) {
     if (f.distribution == Distribution::log_uniform) {
       const double middle = std::sqrt(f.low * f.high), half = std::pow(f.high / middle, factor);
@@ -333,13 +335,13 @@ Study widened(Study study, double factor) {
   return study;
 }
 
+std::string to_string(Plan plan) { return inputs::name_of(kPlans, plan); }
+
 std::string to_json(const Study& s) {
   nlohmann::ordered_json j;
   j["title"] = s.title;
-  for (const auto& [name, plan] : kPlans) {
-    if (plan == s.plan) j["plan"] = name;
-  }
-  j["engine"] = s.engine == Engine::multibody ? "multibody" : "purpose_built";
+  j["plan"] = to_string(s.plan);
+  j["engine"] = to_string(s.engine);
   j["samples"] = s.samples;
   j["replicates"] = s.replicates;
   j["perturbation"] = {{"spacing", s.perturbation.spacing},
@@ -352,9 +354,7 @@ std::string to_json(const Study& s) {
   for (const Factor& f : s.factors) {
     nlohmann::ordered_json g{{"key", f.key}, {"label", f.label}, {"unit", f.unit}, {"shown_unit", f.shown_unit}};
     if (random(s.plan)) {
-      for (const auto& [name, distribution] : kDistributions) {
-        if (distribution == f.distribution) g["distribution"] = name;
-      }
+      g["distribution"] = inputs::name_of(kDistributions, f.distribution);
       g["low"] = f.low;
       g["high"] = f.high;
     } else {

@@ -37,12 +37,12 @@ const outcome::Quantity& quantity(const std::string& name) {
   return *found;
 }
 
-/// Runs as numbers, in their order.
+/// The runs of runs.csv as numbers, in the order of the file.
 struct Runs {
   std::vector<std::int64_t> points;
   std::vector<bool> failed;
-  std::vector<std::uint64_t> prints;          // of all outcomes: two equal runs have equal ones
-  std::vector<std::vector<double>> outcomes;  // of Study::outcomes, run by run
+  std::vector<std::uint64_t> prints;          // checksums of all outcomes: equal runs have equal ones
+  std::vector<std::vector<double>> outcomes;  // for each of Study::outcomes: its values, run by run
   WarningCount warnings;
 
   std::size_t size() const { return points.size(); }
@@ -90,14 +90,14 @@ Runs read_runs(const std::string& folder, const Study& study, const std::atomic<
 bool by_point(const Study& s) { return s.plan == Plan::one_at_a_time || s.plan == Plan::grid; }
 
 struct Cell {
-  std::int64_t point;  // -1: all points of a random plan
+  std::int64_t point;  // -1: all points together, of a random plan
   const std::string& name;
   const std::string& outcome;
   Spread spread;
   std::int64_t failed;
 };
 
-/// Calls use(cell) for every outcome of every point, or of all points together.
+/// Calls use(cell) for each outcome of each point, or of all points of a random plan together.
 template <class Use>
 void for_each_cell(const Runs& runs, const Study& study, const std::atomic<bool>* stop, const Use& use) {
   const Points points(study, stop);
@@ -121,7 +121,8 @@ void for_each_cell(const Runs& runs, const Study& study, const std::atomic<bool>
   }
 }
 
-/// Points whose runs have all the same outcome, to the last bit: their seeds changed nothing.
+/// Returns a warning if there are points whose runs all have exactly the same outcome, so that their seeds changed
+/// nothing.
 std::vector<std::string> equal_points(const Runs& runs, const Study& study) {
   std::int64_t points = 0, equal = 0;
   for (std::size_t begin = 0, end = 0; begin < runs.size(); begin = end) {
@@ -138,7 +139,7 @@ std::vector<std::string> equal_points(const Runs& runs, const Study& study) {
     equal += same ? 1 : 0;
   }
   if (study.replicates < 2 || equal == 0) return {};
-  return {fmt::format("{} of {} points: all runs are the same run, seeds change nothing; their ranges mean nothing",
+  return {fmt::format("{} of {} points: all runs are equal, the seeds change nothing; their ranges have no meaning",
                       equal, points)};
 }
 
@@ -156,7 +157,7 @@ void write_sobol(const std::string& folder, const Study& study, const Runs& runs
   files::OutputFile file(in(folder, "sobol.csv"), files::Existing::replace);
   file.stream() << "outcome,factor,first,first_low,first_high,total,total_low,total_high,samples\n";
   for (std::size_t o = 0; o < study.outcomes.size(); ++o) {
-    // Mean over the replicates of each point; a sample counts only if all of its points are there.
+    // Mean over the replicates of each point. A sample is used only if all its points have results.
     std::vector<double> sum(stride * static_cast<std::size_t>(study.samples), 0.0);
     std::vector<int> count(sum.size(), 0);
     for (std::size_t r = 0; r < runs.size(); ++r) {
@@ -191,7 +192,7 @@ void write_sobol(const std::string& folder, const Study& study, const Runs& runs
   file.commit();
 }
 
-/// Titles and units of the numbers in runs.csv, so that pictures and reports need to know none of them.
+/// Returns titles and units of the columns of runs.csv, so that pictures and reports need not know them.
 nlohmann::ordered_json columns(const Study& study) {
   nlohmann::ordered_json j;
   for (const Factor& f : study.factors) {
@@ -292,7 +293,7 @@ std::string to_table(const std::string& folder, const Study& study) {
 
 namespace {
 
-/// Of an ensemble; those that were stopped are left out.
+/// Results of an ensemble, without runs that were stopped.
 Runs runs_of(const Study& study, const std::vector<outcome::Outcome>& outcomes) {
   Runs runs;
   runs.outcomes.resize(study.outcomes.size());

@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kBetween = " | ";
 constexpr std::size_t kKindsMax = 100;
 
-/// Without its numbers, "1.2e-05" as a whole.
+/// Returns a text with each number replaced by #; "1.2e-05" is one number.
 std::string kind_of(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789";
   std::string kind;

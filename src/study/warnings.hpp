@@ -1,4 +1,5 @@
-// Warnings of runs in tables, and how often each came.
+/// \file
+/// Warnings of runs in tables, and how many runs have them.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +10,20 @@
 
 namespace train_derail::study {
 
-/// All of a run's warnings as one field.
+/// Returns all warnings of a run as one field of a table.
 std::string warnings_field(const std::vector<std::string>& warnings);
 
-/// Counts runs by warning. Two that differ in their numbers alone are one kind; the first stands for it.
+/// Counts how many runs have each warning. Warnings that differ only in their numbers count as one, with the text of
+/// the first.
 class WarningCount {
  public:
-  /// Of one run, as warnings_field() has them.
+  /// Adds the warnings of one run, as warnings_field() has written them.
   void add(const std::string& field);
-  /// "3 of 200 runs: energy residual ...", in the order in which they came up.
+  /// Returns "3 of 200 runs: energy residual ..." for each warning, in the order of their first run.
   std::vector<std::string> texts(std::int64_t runs) const;
 
  private:
-  std::map<std::string, std::size_t> kinds_;  // without digits: place in found_
+  std::map<std::string, std::size_t> kinds_;  // text without numbers: index in found_
   std::vector<std::pair<std::string, std::int64_t>> found_;
 };
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -24,13 +25,14 @@ namespace {
 
 constexpr double kShortTon = 2000.0 * inputs::kPoundForce;  // N
 constexpr int kCountMax = 1000;
-constexpr double kSpeedMax = 300.0, kTonsMin = 10.0, kTonsMax = 1000.0;  // mph, short tons: else a slip of the pen
+constexpr double kSpeedMax = 300.0, kTonsMin = 10.0,
+                 kTonsMax = 1000.0;  // mph, short tons; beyond these a typing mistake is likely
 
 bool is_locomotive(const CarBlock& block) { return block.name == "locomotive"; }
 
-/// A line of the file.
+/// A row of the table.
 struct Line {
-  std::size_t number = 0;  // from 1
+  std::size_t number = 0;  // line of the file, from 1
   std::vector<std::string> fields;
 };
 
@@ -43,7 +45,7 @@ struct File {
   std::string where(const Line& line) const { return fmt::format("{}:{}", path, line.number); }
 };
 
-/// Rows of a wrong length go to `errors`.
+/// Reads all rows. Rows with a wrong number of fields are added to `errors`.
 File read_lines(const std::string& path, std::vector<InputError>& errors) try {
   files::CsvReader in(path);
   File file;
@@ -51,11 +53,11 @@ File read_lines(const std::string& path, std::vector<InputError>& errors) try {
   in.next(file.names);
   for (Line line; in.next(line.fields);) {
     line.number = in.line();
-    // Published tables end their rows, but not their heads, with a comma.
+    // In published tables the rows end with a comma, but the head does not.
     if (line.fields.size() == file.names.size() + 1 && line.fields.back().empty()) line.fields.pop_back();
     if (line.fields.size() != file.names.size()) {
       errors.emplace_back(file.where(line), "", "", fmt::format("{} fields", line.fields.size()),
-                          fmt::format("{}, as columns", file.names.size()));
+                          fmt::format("{}, one for each column", file.names.size()));
     } else {
       file.rows.push_back(line);
     }
@@ -66,7 +68,7 @@ File read_lines(const std::string& path, std::vector<InputError>& errors) try {
                    "a table of accidents, CSV (docs/validation.md)");
 }
 
-/// One row of the table, column by column. What is wrong is gathered.
+/// Reads the columns of one row. Mistakes are collected in `errors`.
 class RowReader {
  public:
   RowReader(const File& file, const Line& line, std::vector<InputError>& errors)
@@ -82,7 +84,7 @@ class RowReader {
     return number<int>(column, fmt::format("a whole number from {} to {}", min, max), min,
                        [&](int value) { return value >= min && value <= max; });
   }
-  /// A blank field is 0.
+  /// The same, but an empty field is 0.
   int count_or_blank(const std::string& column) const {
     return text_if_any(column).empty() ? 0 : count(column, 0, kCountMax);
   }
@@ -106,7 +108,8 @@ class RowReader {
     const std::string& written = text(column);
     const auto value = files::number<T>(written);
     if (value && fits(*value)) return *value;
-    wrong(column, written, value ? "out of range" : "not a number of this kind", allowed);
+    constexpr const char* kKind = std::is_integral_v<T> ? "not a whole number" : "not a number";
+    wrong(column, written, value ? "out of range" : kKind, allowed);
     return otherwise;
   }
 
@@ -136,16 +139,15 @@ Accident read_row(const File& file, const Line& line, std::vector<InputError>& e
     if (file.has(column) && !a.empty_cars) a.empty_cars = reader.count_or_blank(column);
   }
   if (errors.size() == before && a.first_car_position - 1 + a.cars_from_pod_to_rear != a.n_cars) {
-    reader.wrong(
-        "cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
-        fmt::format("does not go with first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
-        fmt::format("n_cars - first_car_position + 1 = {}", a.n_cars - a.first_car_position + 1));
+    reader.wrong("cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
+                 fmt::format("does not fit first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
+                 fmt::format("n_cars - first_car_position + 1 = {}", a.n_cars - a.first_car_position + 1));
   }
   return a;
 }
 
-// Form 6180.54 of the Federal Railroad Administration, one report a row. A suffix 1 is what the train had, 2 what of it
-// derailed.
+// Columns of form 6180.54 of the Federal Railroad Administration. A row is one report. A suffix 1 means what the train
+// had, a suffix 2 what of it derailed.
 const std::vector<std::string> kFormColumns{"RAILROAD", "INCDTNO", "TYPE",    "TRNSPD",  "TONS",    "POSITON1",
                                             "HEADEND1", "LOADF1",  "LOADP1",  "EMPTYF1", "EMPTYP1", "LOADF2",
                                             "LOADP2",   "EMPTYF2", "EMPTYP2", "CAUSE"};
@@ -188,8 +190,9 @@ Accident read_form_row(const File& file, const Line& line, std::vector<InputErro
   if (errors.size() == before && (a.n_cars < 1 || a.n_cars > kCountMax)) {
     const std::string other = reader.text_if_any("INCDTNO2");
     reader.wrong("LOADF1 + LOADP1 + EMPTYF1 + EMPTYP1 + CABOOSE1", fmt::format("{}", a.n_cars),
-                 other.empty() ? "no train"
-                               : fmt::format("no train; that is in the report of {}, {}", reader.text("RR2"), other),
+                 other.empty()
+                     ? "no cars"
+                     : fmt::format("no cars; the train is in the report of {}, {}", reader.text("RR2"), other),
                  fmt::format("1 to {} cars", kCountMax));
     return a;
   }
@@ -204,15 +207,17 @@ Accident read_form_row(const File& file, const Line& line, std::vector<InputErro
   a.cars_derailed = sum({"LOADF2", "LOADP2", "EMPTYF2", "EMPTYP2", "CABOOSE2"});
   if (a.cars_derailed < 1 || a.cars_derailed > a.n_cars) {
     reader.wrong("LOADF2 + LOADP2 + EMPTYF2 + EMPTYP2 + CABOOSE2", fmt::format("{}", a.cars_derailed),
-                 a.cars_derailed < 1 ? "no car derailed" : "more than the train has", fmt::format("1 to {}", a.n_cars));
+                 a.cars_derailed < 1 ? "no car derailed" : "more cars than the train has",
+                 fmt::format("1 to {}", a.n_cars));
   }
-  // Meant is the place among the cars; some railroads count the locomotives ahead of them too.
+  // The form asks for the position among the cars, but some railroads count the locomotives ahead of them too.
   a.first_car_position = reader.count("POSITON1", 1, a.n_cars + a.head_end_locos);
   if (errors.size() > before) return a;
   if (a.first_car_position > a.n_cars) {
     a.first_car_position -= a.head_end_locos;
-    notes.push_back({a.line, fmt::format("POSITON1 = '{}' of {} cars counts locomotives: {} is taken",
-                                         reader.text("POSITON1"), a.n_cars, a.first_car_position)});
+    notes.push_back(
+        {a.line, fmt::format("POSITON1 = '{}' in a train of {} cars must include the locomotives: {} is used",
+                             reader.text("POSITON1"), a.n_cars, a.first_car_position)});
   }
   a.cars_from_pod_to_rear = a.n_cars - a.first_car_position + 1;
   const auto date = reader.text_if_any("YEAR4") + "-" + reader.text_if_any("MONTH") + "-" + reader.text_if_any("DAY");
@@ -236,20 +241,21 @@ Accident read_form_row(const File& file, const Line& line, std::vector<InputErro
   return a;
 }
 
-/// All numbers under which railroads report the accident of a row.
+/// Returns all numbers under which railroads have reported the accident of a row.
 std::vector<std::string> names_of_accident(const RowReader& reader) {
   std::string day;
   for (const char* column : {"YEAR4", "YEAR", "MONTH", "DAY"}) day += reader.text_if_any(column);
   std::vector<std::string> names;
   for (const auto& [railroad, number] : {std::pair{"RAILROAD", "INCDTNO"}, {"RR2", "INCDTNO2"}, {"RR3", "INCDTNO3"}}) {
     const std::string of = reader.text_if_any(railroad), which = reader.text_if_any(number);
-    // A track that belongs to an industry has no report of its own.
+    // An industry that owns the track does not report.
     if (!of.empty() && !which.empty() && which != "INDUSTRY") names.push_back(day + " " + of + " " + which);
   }
   return names;
 }
 
-/// Wrong rows of one accident whose train stands in another report are no mistakes.
+/// Reads reports of form 6180.54. Several railroads may report one accident; a wrong report is no mistake if another
+/// report of the accident can be used.
 void read_form(const File& file, AccidentTable& table, std::vector<InputError>& errors) {
   for (const std::string& column : kFormColumns) {
     if (file.has(column)) continue;
@@ -263,8 +269,8 @@ void read_form(const File& file, AccidentTable& table, std::vector<InputError>& 
     std::vector<Remark> notes;
   };
   std::vector<Report> reports;
-  std::map<std::string, std::size_t> accident_of;   // by name
-  std::vector<std::vector<std::size_t>> accidents;  // their reports
+  std::map<std::string, std::size_t> accident_of;   // index of the accident for each number under which it is reported
+  std::vector<std::vector<std::size_t>> accidents;  // indices of the reports of each accident
   for (const Line& line : file.rows) {
     Report report;
     report.accident = read_form_row(file, line, report.errors, report.notes);
@@ -287,7 +293,7 @@ void read_form(const File& file, AccidentTable& table, std::vector<InputError>& 
       if (i == kept) continue;
       const std::size_t line = reports[kept].accident.line;
       table.left_out.push_back(
-          {reports[i].accident.line, fmt::format("another report of the accident of line {}", line)});
+          {reports[i].accident.line, fmt::format("a second report of the accident in line {}", line)});
     }
     if (good == of_one.end()) {
       errors.insert(errors.end(), reports[kept].errors.begin(), reports[kept].errors.end());
@@ -299,7 +305,7 @@ void read_form(const File& file, AccidentTable& table, std::vector<InputError>& 
   std::sort(table.rows.begin(), table.rows.end(), [](const Accident& a, const Accident& b) { return a.line < b.line; });
 }
 
-/// "table.csv:12" -> 12.
+/// Returns 12 for an error in "table.csv:12".
 std::size_t line_of(const InputError& e) {
   const std::string& where = e.where();
   return static_cast<std::size_t>(std::strtoull(where.c_str() + where.rfind(':') + 1, nullptr, 10));
@@ -340,7 +346,7 @@ AccidentTable read_accidents(const std::string& path, bool skip_invalid) {
   }
   if (!skip_invalid) refuse(path, all, errors);
   for (const InputError& e : errors) {
-    const std::string what = std::string(e.what()).substr(e.where().size() + 2);  // without the place
+    const std::string what = std::string(e.what()).substr(e.where().size() + 2);  // without file and line
     const auto told = std::find_if(table.left_out.begin(), table.left_out.end(),
                                    [&](const Remark& r) { return r.line == line_of(e); });
     if (told == table.left_out.end()) table.left_out.push_back({line_of(e), what});
@@ -365,7 +371,7 @@ inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& a) {
     }
   }
   if (car == nullptr) {
-    throw InputError("scenario", "consist", "", "no block of cars to make trains of",
+    throw InputError("scenario", "consist", "", "no block of cars from which trains can be made",
                      "a block whose name is not locomotive");
   }
 

@@ -16,11 +16,11 @@ using inputs::InputError;
 
 namespace {
 
-struct Column {
+struct AccidentColumn {
   const char* name;
   double (*value)(const Accident&);
 };
-constexpr std::array<Column, 8> kColumns{{
+constexpr std::array<AccidentColumn, 8> kColumns{{
     {"speed_mph", [](const Accident& a) { return a.speed_mph; }},
     {"n_cars", [](const Accident& a) { return static_cast<double>(a.n_cars); }},
     {"tons_per_car", [](const Accident& a) { return a.tons_per_car; }},
@@ -31,8 +31,9 @@ constexpr std::array<Column, 8> kColumns{{
     {"cars_from_pod_to_rear", [](const Accident& a) { return static_cast<double>(a.cars_from_pod_to_rear); }},
 }};
 
-const Column* column(const std::string& name) {
-  const auto found = std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return name == c.name; });
+const AccidentColumn* column(const std::string& name) {
+  const auto found =
+      std::find_if(kColumns.begin(), kColumns.end(), [&](const AccidentColumn& c) { return name == c.name; });
   return found == kColumns.end() ? nullptr : &*found;
 }
 
@@ -58,20 +59,21 @@ FittedClass read_fitted_class(const std::string& path) {
         const std::string name = range.first.as<std::string>("");
         if (column(name) == nullptr) {
           std::string names;
-          for (const Column& c : kColumns) names += (names.empty() ? "" : ", ") + std::string(c.name);
+          for (const AccidentColumn& c : kColumns) names += (names.empty() ? "" : ", ") + std::string(c.name);
           throw InputError(where(range.first), "ranges." + name, "", "unknown column", names);
         }
         const YAML::Node ends = range.second;
         const bool two = ends.IsSequence() && ends.size() == 2;
         const double low = two ? ends[0].as<double>(NAN) : NAN, high = two ? ends[1].as<double>(NAN) : NAN;
         if (!(low <= high))
-          throw InputError(where(range.first), "ranges." + name, "", "not a range", "[least, largest]");
+          throw InputError(where(range.first), "ranges." + name, "", "not a range: two numbers, the smaller first",
+                           "[least, largest]");
         of.ranges.push_back({name, low, high});
       }
     } else if (key == "causes" && value.IsSequence()) {
       for (const YAML::Node& cause : value) of.causes.push_back(cause.as<std::string>(""));
     } else {
-      throw InputError(where(entry.first), key, "", "unknown key, or not of its kind",
+      throw InputError(where(entry.first), key, "", "unknown key, or a value of the wrong kind",
                        "title: text, ranges: a group, causes: a list");
     }
   }

@@ -1,4 +1,5 @@
-// A run of a validation as a line of members.csv and of the journal.
+/// \file
+/// A run of a validation as a line of members.csv and of the journal.
 #pragma once
 
 #include <cstdint>
@@ -10,20 +11,21 @@
 
 namespace train_derail::validation {
 
-/// The columns of a validation's journal, the run's number first, and what a row must be.
+/// Returns the format of a validation's journal: its columns, the number of the run first, and the check of a row.
 study::JournalFormat journal_format(const study::Study& study, const AccidentTable& accidents,
                                     const std::string& identity);
 
-/// Unlike its place among the rows asked for, it belongs to line and member.
+/// Returns the number of a run. It depends only on the line of the row in the file and on the member, not on which
+/// other rows are used.
 std::int64_t run_number(const Accident& accident, std::int64_t members, std::int64_t member);
 
-/// A member as a row of the journal.
+/// Returns a member as a row of the journal.
 std::vector<std::string> fields_of(const Accident& accident, std::int64_t number, const Member& m);
 
-/// What evaluate() needs of a member, back from a row that has been found good.
+/// Returns what evaluate() needs of a member, from a good row of the journal.
 Member member_from(const std::vector<std::string>& fields);
 
-/// A row of the journal as a line of members.csv, with the inputs of its point.
+/// Returns a row of the journal as a line of members.csv, with the inputs of its point.
 std::string line_of(std::vector<std::string> fields, const study::Point& point);
 
 }  // namespace train_derail::validation

@@ -22,7 +22,7 @@ std::string number(double value, const char* format) {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
 }
 
-/// Empty where there is none.
+/// Returns a number as a field of a table; NaN is an empty field.
 std::string field(double value) { return std::isnan(value) ? "" : fmt::format("{}", value); }
 
 study::PredictiveRanks ranks_of(const Validation& v) {
@@ -41,22 +41,12 @@ std::string title(const Rated& r) {
   if (r.name == "simulation") return "simulation, median of the members";
   if (r.name == "mean") return "  their mean instead";
   if (r.name == "stretched") return "  its interval stretched to hold 90 %";
-  const char* what = r.name == to_string(FitKind::straight_line) ? "straight line in speed"
-                     : r.name == to_string(FitKind::linear)      ? "linear in speed, tail, tons"
-                                                                 : "log-log in speed, tail, tons";
-  return fmt::format("{}, {}", what, r.rows == "these" ? "in sample" : "left out");
+  const auto fit = std::find_if(kFitTexts.begin(), kFitTexts.end(), [&](const FitText& t) { return t.name == r.name; });
+  return fmt::format("{}, {}", fit == kFitTexts.end() ? r.name : fit->title,
+                     r.rows == "these" ? "in sample" : "left out");
 }
 
-std::string terms_of(FitKind kind) {
-  switch (kind) {
-    case FitKind::straight_line: return "cars = c0 + c1 mph";
-    case FitKind::linear: return "cars = c0 + c1 mph + c2 tail + c3 tons";
-    case FitKind::log_log: return "ln cars = c0 + c1 ln mph + c2 ln tail + c3 ln tons";
-  }
-  return "";
-}
-
-/// Rows outside of the fitted class; null if that is not known.
+/// Returns the number of rows outside of the fitted class; null if the class is not known.
 ordered_json outside_count(const Validation& v) {
   if (!v.fitted.known()) return {};
   return std::count_if(v.outside.begin(), v.outside.end(), [](const std::string& o) { return !o.empty(); });
@@ -84,7 +74,8 @@ ordered_json to_json(const Group& g) {
   }
   j["speed_exponent"] = {{"real", g.exponent_real}, {"predicted", g.exponent_predicted}};
   for (const Fit& f : g.fits) {
-    j["fits"].push_back({{"name", to_string(f.kind)}, {"terms", terms_of(f.kind)}, {"coefficients", f.coefficients}});
+    j["fits"].push_back(
+        {{"name", to_string(f.kind)}, {"terms", text_of(f.kind).terms}, {"coefficients", f.coefficients}});
   }
   for (const SpeedBand& b : g.bands) {
     j["speeds"].push_back({{"from_mph", b.from},
@@ -186,10 +177,12 @@ std::string rows_csv(const Validation& v) {
 
 namespace {
 
-constexpr std::size_t kBeforeInputs = 3;  // line, member, seed: without the run's number
+constexpr std::size_t kBeforeInputs = 3;  // line, member, seed; without the number of the run
 constexpr std::size_t kLine = 1, kMember = 2, kSeed = 3, kCars = 4, kLocomotives = 5,
-                      kQuantities = 6;                                            // places in a row of the journal
-std::size_t ended_place() { return kQuantities + outcome::quantities().size(); }  // then warnings, message
+                      kQuantities = 6;  // indices in a row of the journal
+std::size_t ended_place() {
+  return kQuantities + outcome::quantities().size();
+}  // index of `ended`; warnings and message follow
 
 std::vector<std::string> journal_columns() {
   std::vector<std::string> names{
@@ -214,7 +207,7 @@ study::JournalFormat journal_format(const study::Study& study, const AccidentTab
   for (const Accident& a : accidents.rows) {
     rows[static_cast<std::int64_t>(a.line)] = {a.n_cars, a.head_end_locos + a.mid_locos + a.rear_locos};
   }
-  study::Study plan;  // what run_of() needs
+  study::Study plan;  // run_of() needs only these two
   plan.seed = study.seed;
   plan.replicates = study.replicates;
   study::JournalFormat format{"validation", identity, journal_columns(), {}};

@@ -43,7 +43,7 @@ Score score(const std::vector<double>& real, const std::vector<double>& predicte
     absolute += std::abs(error);
     sum += error;
     squares += error * error;
-    const double from_mean = real[i] - mean;  // Welford
+    const double from_mean = real[i] - mean;  // mean and sum of squares by Welford's method
     mean += from_mean / static_cast<double>(s.count);
     about += from_mean * (real[i] - mean);
   }
@@ -73,7 +73,7 @@ double crps(double real, const std::vector<double>& members) {
   if (sorted.empty()) return kNone;
   std::sort(sorted.begin(), sorted.end());
   const auto n = static_cast<double>(sorted.size());
-  double away = 0.0, apart = 0.0;  // apart: over all pairs
+  double away = 0.0, apart = 0.0;  // apart: sum over all pairs
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     away += std::abs(sorted[i] - real);
     apart += (2.0 * static_cast<double>(i) + 1.0 - n) * sorted[i];
@@ -85,7 +85,7 @@ namespace {
 
 constexpr std::size_t kFolds = 5;
 
-/// How far outside of its interval a count lies, in halves of it; the factor that would just hold it.
+/// Returns the factor by which the interval must be stretched so that it just holds the count.
 double factor_needed(double real, double low, double median, double high) {
   return real >= median ? (real - median) / (high - median + 1.0) : (median - real) / (median - low + 1.0);
 }
@@ -101,7 +101,7 @@ Stretched stretch(const std::vector<double>& real, const std::vector<double>& lo
     }
     if (needed.empty()) return kNone;
     std::sort(needed.begin(), needed.end());
-    // The share among one more row than there are: the one to be predicted.
+    // The row to be predicted is one more than there are; hence the share of n + 1.
     return study::quantile(needed, std::min(wanted * (1.0 + 1.0 / static_cast<double>(needed.size())), 1.0));
   };
   const auto apply = [&](double factor, std::size_t i, double& from, double& to) {
@@ -152,22 +152,13 @@ double speed_exponent(const std::vector<double>& mph, const std::vector<double>&
     if (!(count[i] > 0.0)) continue;
     const double u = std::log(mph[i]), v = std::log(count[i]);
     n += 1.0;
-    const double du = u - x;  // running means and centred sums
+    const double du = u - x;  // running means and sums about them
     x += du / n;
     xx += du * (u - x);
     y += (v - y) / n;
     xy += du * (v - y);
   }
   return xx > 1e-12 * n ? xy / xx : kNone;
-}
-
-const char* to_string(FitKind kind) {
-  switch (kind) {
-    case FitKind::straight_line: return "straight_line";
-    case FitKind::linear: return "linear";
-    case FitKind::log_log: return "log_log";
-  }
-  return "";
 }
 
 Fit fit(FitKind kind, const FitInputs& inputs, const std::vector<double>& real) {
@@ -179,7 +170,7 @@ Fit fit(FitKind kind, const FitInputs& inputs, const std::vector<double>& real) 
   const bool logarithms = kind == FitKind::log_log;
   if (logarithms) y = y.array().log().matrix().eval();
 
-  // Columns of like size: the rank is then judged without regard to units.
+  // Columns are scaled to the same size, so that the units do not influence the rank.
   const Eigen::RowVectorXd size = x.colwise().norm();
   if (size.minCoeff() == 0.0) return f;
   const Eigen::MatrixXd scaled = x.array().rowwise() / size.array();
@@ -191,7 +182,7 @@ Fit fit(FitKind kind, const FitInputs& inputs, const std::vector<double>& real) 
   const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(x.rows(), x.cols());
   const Eigen::VectorXd at = x * b;
   for (Eigen::Index i = 0; i < rows; ++i) {
-    // Without row i the residual there grows by 1 / (1 - leverage); a row that alone decides a coefficient has
+    // If row i is left out, its residual grows by 1 / (1 - leverage). A row that alone determines a coefficient has
     // leverage 1.
     const double leverage = q.row(i).squaredNorm();
     const double out = leverage < 1.0 - 1e-9 ? y[i] - (y[i] - at[i]) / (1.0 - leverage) : kNone;

@@ -1,16 +1,14 @@
 #include "train_derail/validation/validation.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "parallel.hpp"
+#include "simulation/many_runs.hpp"
 #include "study/warnings.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
@@ -106,10 +104,12 @@ study::Study seeds_only(study::Study study) {
 std::int64_t members_a_row(const study::Study& study) {
   const bool sampled = study.plan == study::Plan::latin_hypercube;
   if (!sampled && !study.factors.empty()) {
-    throw InputError("study", "plan", "", "every row needs a random sample of its own", "latin_hypercube");
+    throw InputError("study", "plan", "", "every row needs a random sample of its own",
+                     to_string(study::Plan::latin_hypercube));
   }
   if (study.engine != study::Engine::purpose_built)
-    throw InputError("study", "engine", "multibody", "knows no rails", "purpose_built");
+    throw InputError("study", "engine", to_string(study.engine), "knows no rails",
+                     to_string(study::Engine::purpose_built));
   for (const study::Factor& f : study.factors) {
     if (row_decides(f.key)) {
       throw InputError("study", "factors.key", f.key, "the rows of the table decide it", "any other key");
@@ -195,38 +195,27 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
   }
   progress.done = progress.total - static_cast<std::int64_t>(missing.size());
 
-  std::int64_t computed = 0;
-  const auto start = std::chrono::steady_clock::now();
-  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-  std::mutex mutex;
-  for_each_run(missing.size(), jobs, [&](std::size_t k) {
-    if (stop) return;
+  const auto accident_of = [&](std::size_t i) -> const Accident& { return accidents.rows[i / per_row]; };
+  const auto computed = [&](std::size_t k) {
     const std::size_t i = missing[k];
-    const Accident& accident = accidents.rows[i / per_row];
-    Member m = compute(study, accident, point_of(i), study::run_of(study, number_of(i)), stop);
-    if (m.outcome.ended == outcome::Ended::running) return;
+    return compute(study, accident_of(i), point_of(i), study::run_of(study, number_of(i)), stop);
+  };
+  const auto keep = [&](std::size_t k, Member m) {
+    const std::size_t i = missing[k];
     m.member = static_cast<std::int64_t>(i % per_row);
-    const std::vector<std::string> fields = fields_of(accident, number_of(i), m);
-    const std::lock_guard<std::mutex> lock(mutex);
+    const std::vector<std::string> fields = fields_of(accident_of(i), number_of(i), m);
     if (kept.keep) kept.keep(fields, m.outcome.wall_time);
-    ++progress.done;
-    ++computed;
-    if (m.outcome.ended == outcome::Ended::integration_failed) {
-      ++progress.failed;
-      progress.message = m.outcome.message;
-    }
-    progress.rate = static_cast<double>(computed) / elapsed();
     place(i, std::move(m), fields);
-    on_progress(progress);
-  });
+  };
+  const auto runs = simulation::run_many(missing.size(), jobs, progress, computed, keep, on_progress, stop);
   study::WarningCount warnings;
   for (const Member& m : e.members) {
     e.failed += m.outcome.ended == outcome::Ended::integration_failed ? 1 : 0;
     warnings.add(study::warnings_field(m.outcome.warnings));
   }
   e.warnings = warnings.texts(progress.total);
-  e.stopped = progress.done < progress.total;
-  e.wall_time = elapsed();
+  e.stopped = runs.progress.done < runs.progress.total;
+  e.wall_time = runs.wall_time;
   return e;
 }
 

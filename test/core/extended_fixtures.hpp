@@ -51,6 +51,7 @@ inline inputs::Scenario accident(int cars, double mph = 37.0) {
 /// The same cars with every part off and no force of any kind: switch on what is looked at.
 inline inputs::Scenario bare(int cars, double step = 1e-3) {
   inputs::Scenario s = accident(cars);
+  s.model = inputs::Model::extended;
   s.coupler = {};
   s.coupler.stiffness = s.coupler.swing_stiffness = 0.0;
   s.ground = {};

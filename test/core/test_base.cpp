@@ -92,8 +92,8 @@ TEST_F(Base, WhatCannotBeABaseIsRefusedWithTheChain) {
   put("b.yaml", "base: c.yaml\n");
   put("c.yaml", "title: c\nbase: a.yaml\n");
   EXPECT_EQ(refusal(a),
-            "c.yaml:2: base = 'a.yaml': leads back to itself: a.yaml -> b.yaml -> c.yaml -> a.yaml; "
-            "allowed: a file that does not");
+            "c.yaml:2: base = 'a.yaml': the base files form a circle: a.yaml -> b.yaml -> c.yaml -> a.yaml; "
+            "allowed: a file that does not lead back to this one");
   EXPECT_EQ(refusal(put("none.yaml", "base: missing.yaml\n")),
             "missing.yaml: cannot be read: No such file or directory (base of none.yaml)");
   EXPECT_NE(refusal(put("list.yaml", "base: [a.yaml]\n")).find("not the name of a file"), std::string::npos);

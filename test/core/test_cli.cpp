@@ -57,6 +57,24 @@ TEST_F(Cli, JsonFileAndTable) {
   EXPECT_EQ(nlohmann::json::parse(file).at("cars"), 5);
 }
 
+TEST_F(Cli, AWarningIsSaidOnce) {
+  // The first is allowed and not usual; the second has no effect where bodies pass through each other.
+  const std::string odd = "run " + kBaseline + kShort + " --set \"consist[0].width=5 m\" --set contact.friction=0.1";
+  const auto count = [](const std::string& text, const std::string& word) {
+    std::size_t times = 0;
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++times;
+    return times;
+  };
+  for (const std::string& options : {std::string(), std::string(" --quiet"), " --quiet --json " + at("o.json")}) {
+    const Result r = derail(odd + options);
+    ASSERT_EQ(r.code, 0) << r.out;
+    EXPECT_EQ(count(r.out, "consist[0].width"), 1U) << r.out;
+    EXPECT_EQ(count(r.out, "contact.friction"), 1U) << r.out;
+  }
+  EXPECT_EQ(count(derail(odd, false).out, "consist[0].width"), 1U) << "in the table, with the numbers";
+  EXPECT_EQ(count(derail("check " + kBaseline + " --set \"consist[0].width=5 m\"").out, "warning: "), 1U);
+}
+
 TEST_F(Cli, CsvIsTheOutputGrid) {
   const fs::path csv = folder_ / "states.csv";
   const Result r = derail("run " + kBaseline + kShort + " --quiet --csv " + csv.string());
@@ -137,7 +155,9 @@ TEST_F(Cli, HelpTeaches) {
   EXPECT_EQ(r.code, 0);
   EXPECT_NE(r.out.find("derail run config/baseline.yaml"), std::string::npos);
   EXPECT_EQ(derail("run --help").code, 0);
-  EXPECT_NE(derail("keys").out.find("coupler.swing_limit"), std::string::npos);
+  const std::string keys = derail("keys").out;
+  EXPECT_EQ(keys.rfind("base\n", 0), 0U) << "the file to start from comes first";
+  EXPECT_NE(keys.find("coupler.swing_limit"), std::string::npos);
 }
 
 }  // namespace

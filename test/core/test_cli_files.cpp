@@ -106,12 +106,12 @@ TEST_F(CliFiles, OutputsAreNeitherInputsNorEachOther) {
     for (const char* name : {"train.yaml", "link", "./train.yaml"}) {
       const Result r = derail("run --force " + at("train.yaml") + kShort + " " + option + at(name));
       EXPECT_EQ(r.code, 2) << r.out;
-      EXPECT_NE(r.out.find("is FILE too"), std::string::npos) << r.out;
+      EXPECT_NE(r.out.find("is the same file as FILE"), std::string::npos) << r.out;
     }
   }
   const Result twice = derail("run " + at("train.yaml") + kShort + " --csv " + at("new") + " --json " + at("./new"));
   EXPECT_EQ(twice.code, 2);
-  EXPECT_NE(twice.out.find("is --csv too"), std::string::npos) << twice.out;
+  EXPECT_NE(twice.out.find("is the same file as --csv"), std::string::npos) << twice.out;
   EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --csv - --json -").code, 2);
   EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --csv ''").code, 2);
   EXPECT_EQ(derail("verify --force " + at("train.yaml") + " --json " + at("train.yaml")).code == 0, false);
@@ -193,7 +193,7 @@ TEST_F(CliFiles, WrongFilesAreToldByName) {
       {"validate " + kAccidents + " --study " + at("train.yaml"),
        "is a scenario (derail run takes it); allowed: a study"},
       {"fly " + at("train.yaml"),
-       "'fly' is no command; commands: run, check, keys, fields, study, merge, report, validate, verify"},
+       "'fly' is not a command; commands: run, check, keys, fields, study, merge, report, validate, verify"},
       {"run " + at("train.yaml") + " --fast", "--fast"},
       {"", "subcommand is required"}};
   for (const auto& [command, said] : wrong) {

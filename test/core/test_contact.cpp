@@ -83,7 +83,7 @@ TEST_P(Restitution, IsWhatACentralHitReturns) {
       // The impulse is the change of momentum, exactly.
       EXPECT_NEAR(hit.impulse / (mass * (train.car(0).vx - (3.0 - 0.5 * closing))), 1.0, 1e-11);
       EXPECT_NEAR(hit.closing_speed / closing, 1.0, 1e-12);
-      EXPECT_NEAR(hit.closing_normal / closing, 1.0, 1e-12);
+      EXPECT_NEAR(hit.closing_speed_normal / closing, 1.0, 1e-12);
       EXPECT_NEAR(hit.time, 0.01 / closing, 1.01 * *s.solver.fixed_step);
       EXPECT_EQ(hit.car_a, 0);
       EXPECT_EQ(hit.car_b, 1);
@@ -203,7 +203,7 @@ TEST(Contact, EachFaceIsNamed) {
     ASSERT_EQ(train.incidents().impacts.size(), 1u);
     EXPECT_EQ(train.incidents().impacts[0].face_a, c.face);
     EXPECT_EQ(train.incidents().impacts[0].face_b, Face::front);
-    EXPECT_NEAR(train.incidents().impacts[0].closing_normal, 2.0, 1e-9);
+    EXPECT_NEAR(train.incidents().impacts[0].closing_speed_normal, 2.0, 1e-9);
   }
 }
 

@@ -82,7 +82,7 @@ TEST_F(CsvTest, WhatIsNoTableIsRefusedWithItsLine) {
   EXPECT_EQ(error(""), "0: is empty");
   EXPECT_EQ(error("a,b\n1,2\n3\n"), "3: 1 fields, but 2 columns");
   EXPECT_EQ(error("a,b\n1,2,3\n"), "2: 3 fields, but 2 columns");
-  EXPECT_EQ(error("a,a\n"), "1: column 'a' stands twice");
+  EXPECT_EQ(error("a,a\n"), "1: two columns have the name 'a'");
   EXPECT_EQ(error("a,b\n1,\"2\n3,4\n"), "2: a double quote is not closed");
   EXPECT_EQ(error("a,b\n1,\"2\"3\n"), "2: field 2: text after the closing double quote");
   EXPECT_EQ(error("a,b\n1,2\"3\n"), "2: field 2: a double quote within a field that does not begin with one");

@@ -186,10 +186,10 @@ TEST(Inputs, OverridesAreCheckedLikeTheFile) {
   EXPECT_EQ(error("initial.sped=1 mph").substr(0, 46), "override: initial.sped = '1 mph': unknown key;");
   EXPECT_EQ(error("consist[3].count=5"), "override: consist[3].count = '5': there is no item [3]; allowed: [0] to [0]");
   EXPECT_EQ(error("initial.speed.x=5"), "override: initial.speed.x = '5': 'x' is not inside a group");
-  EXPECT_EQ(error("title.[0]=5").substr(0, 46), "override: title.[0] = '5': malformed key; allo");
+  EXPECT_EQ(error("title.[0]=5").substr(0, 48), "override: title.[0] = '5': not a valid key; allo");
   EXPECT_EQ(error("initial.speed=[1"), "override: initial.speed = '[1': not YAML: end of sequence flow not found");
-  EXPECT_EQ(error("=5").substr(0, 33), "override: '=5': not an override; ");
-  EXPECT_EQ(error("initial.speed").substr(0, 30), "override: 'initial.speed': not");
+  EXPECT_EQ(error("=5").substr(0, 43), "override: '=5': not of the form key=value; ");
+  EXPECT_EQ(error("initial.speed").substr(0, 52), "override: 'initial.speed': not of the form key=value");
 }
 
 TEST(Inputs, AScenarioMadeInCodeIsChecked) {

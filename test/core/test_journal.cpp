@@ -143,7 +143,7 @@ TEST_F(JournalTest, WhatDoesNotGoWithThePlanIsNotBelieved) {
   const std::string runs = runs_csv(s, "out"), good = text_of(journal());
   const std::pair<std::function<void(std::vector<std::string>&)>, const char*> changes[]{
       {[](auto& f) { f[0] = "77"; }, "run 77: the study has 30 runs"},
-      {[](auto& f) { f[0] = "-1"; }, "run = '-1': not a whole number from 0 on"},
+      {[](auto& f) { f[0] = "-1"; }, "run = '-1': not a whole number >= 0"},
       {[](auto& f) { f[0] = "99999999999999999999"; }, "not a whole number"},
       {[](auto& f) { f[1] = "77"; }, "point, replicate or seed are not those of the plan"},
       {[](auto& f) {
@@ -191,7 +191,7 @@ TEST_F(JournalTest, JournalsOfOthersAreRefused) {
       "run,point,replicate,seed,\"initial.speed\",cars_past_pod,ended,steps,rhs_evaluations,message,wall_time\n0,3,0,"
       "33,5,1,at_rest,7,5,\"\",0.01\n";
   std::ofstream(journal(), std::ios::binary) << old;
-  EXPECT_NE(refused().find("journal.csv:1: a journal of version 0.1, whose lines have no checksum"), std::string::npos)
+  EXPECT_NE(refused().find("journal.csv:1: a journal of version 0.1: its lines have no checksum"), std::string::npos)
       << refused();
   EXPECT_EQ(text_of(journal()), old) << "left as it is";
   std::ofstream(journal(), std::ios::binary) << "shopping list\nmilk\n";
@@ -216,7 +216,7 @@ TEST_F(JournalTest, TwoRowsOfARunThatDifferAreNamedBoth) {
     lines.push_back(sealed(line));
   });
   const std::string error = refusal([&] { run(s, "out", 1, true); });
-  EXPECT_NE(error.find("journal.csv:4: run 2 differs from that in " + journal().string() + ":32"), std::string::npos)
+  EXPECT_NE(error.find("journal.csv:4: run 2 differs from the one in " + journal().string() + ":32"), std::string::npos)
       << error;
 }
 
@@ -303,7 +303,7 @@ TEST_F(JournalTest, TheCommandNamesBadLines) {
   rewrite([](std::vector<std::string>& lines) { lines[9][3] = '!'; });
   const test::Result r = derail("study study.yaml --out out --resume --quiet");
   EXPECT_EQ(r.code, 0) << r.out;
-  EXPECT_NE(r.out.find("journal.csv:10: the checksum does not fit the line; computed anew"), std::string::npos)
+  EXPECT_NE(r.out.find("journal.csv:10: the checksum does not fit the line; computed again"), std::string::npos)
       << r.out;
   EXPECT_EQ(text_of(folder_ / "out/runs.csv"), runs);
   EXPECT_EQ(derail("study study.yaml --out out --quiet").code, 1) << "not without --resume";

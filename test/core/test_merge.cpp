@@ -99,7 +99,7 @@ TEST_F(MergeTest, RowsOfOneRunThatDifferAreAnErrorThatNamesBoth) {
     b.append(study::journal_fields(study::run_of(s, 3), o), 0.1);
   }
   const std::string error = refusal([&] { gather("to", {"a", "b"}); });
-  EXPECT_EQ(error.find(path("a") + "/journal.csv:5: run 3 differs from that in " + path("b") + "/journal.csv:2"), 0U)
+  EXPECT_EQ(error.find(path("a") + "/journal.csv:5: run 3 differs from the one in " + path("b") + "/journal.csv:2"), 0U)
       << error;
   EXPECT_FALSE(fs::exists(folder_ / "to"));
   const std::string before = text_of(folder_ / "a/journal.csv");

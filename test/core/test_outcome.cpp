@@ -204,7 +204,7 @@ TEST(ClosingSpeed, OfASideImpactIsKnown) {
   EXPECT_EQ(o.touches, 1);
   EXPECT_EQ(o.closing_speed_max.car_a, 1);
   EXPECT_EQ(o.closing_speed_max.car_b, 2);
-  EXPECT_NEAR(o.closing_speed_max.normal_speed, closing, 1e-9);
+  EXPECT_NEAR(o.closing_speed_max.speed_normal, closing, 1e-9);
   EXPECT_NEAR(o.closing_speed_max.speed, std::hypot(closing, sliding), 1e-9);
   EXPECT_GE(o.closing_speed_max.time, touch - 1e-9);
   EXPECT_LE(o.closing_speed_max.time, touch + s.outcome.sample_interval + 1e-9);
@@ -233,7 +233,7 @@ TEST(ClosingSpeed, OfACornerIncludesTheSpin) {
   const double lever = std::sqrt(radius * radius - wall * wall);  // the corner's height above the spin's centre
   // A sample late the corner has turned by spin * 1e-3 = 0.006: the normal speed changes by that times spin * wall.
   EXPECT_NEAR(o.closing_speed_max.speed, spin * radius, 0.01 * spin * radius);
-  EXPECT_NEAR(o.closing_speed_max.normal_speed, spin * lever, 0.01 * spin * radius);
+  EXPECT_NEAR(o.closing_speed_max.speed_normal, spin * lever, 0.01 * spin * radius);
   EXPECT_NEAR(std::abs(o.closing_speed_max.y), lever, 0.1);
   EXPECT_NEAR(o.closing_speed_max.x, 100.0 - wall, 0.1);
 }
@@ -264,12 +264,12 @@ TEST(ClosingSpeed, IsTakenOverAllPairsNotNeighboursAlone) {
   simulation::Simulation sim(s, test::state_of({CarMotion{50, 0, 0, -2, 0, 0}, CarMotion{30, 40, 0, 0, 0, 0},
                                                 CarMotion{50 - length - 1.0, 0, 0, 3, 0, 0}}));
   sim.run();
-  const outcome::Closing c = sim.outcome().closing_speed_max;
+  const outcome::FirstTouch c = sim.outcome().closing_speed_max;
   EXPECT_EQ(sim.outcome().touches, 1);
   EXPECT_EQ(c.car_a, 1);
   EXPECT_EQ(c.car_b, 3);
   EXPECT_NEAR(c.speed, 5.0, 1e-9);
-  EXPECT_NEAR(c.normal_speed, 5.0, 1e-9);
+  EXPECT_NEAR(c.speed_normal, 5.0, 1e-9);
 }
 
 }  // namespace

@@ -148,16 +148,17 @@ TEST_F(OutputFileTest, SaysWhyItCannotBeWritten) {
             at("none/a.csv") + ": cannot be written: No such file or directory");
   EXPECT_EQ(message([&] { OutputFile(folder_.string()); }), folder_.string() + ": is a folder, not a file");
   EXPECT_EQ(message([&] { OutputFile(at("new/")); }), at("new/") + ": cannot be written: is the name of a folder");
-  EXPECT_EQ(message([&] { OutputFile(""); }), "'': is no name of a file");
+  EXPECT_EQ(message([&] { OutputFile(""); }), "'': is not the name of a file");
   fs::create_symlink(at("nowhere"), at("dangling"));
-  EXPECT_EQ(message([&] { OutputFile(at("dangling")); }), at("dangling") + ": cannot be written: is a link to nothing");
+  EXPECT_EQ(message([&] { OutputFile(at("dangling")); }),
+            at("dangling") + ": cannot be written: is a link to a file that does not exist");
   EXPECT_NE(message([&] { OutputFile(at(std::string(300, 'n'))).commit(); }), "");
   EXPECT_EQ(names(), std::vector<std::string>{"dangling"});
 }
 
 TEST_F(OutputFileTest, AFullDeviceIsNoticed) {
   EXPECT_EQ(message([] { write_file("/dev/full", "text"); }),
-            "/dev/full: could not be written whole: No space left on device");
+            "/dev/full: could not be written completely: No space left on device");
   OutputFile full("/dev/full");
   full.stream() << "text" << std::flush;
   EXPECT_FALSE(full.stream());
@@ -169,7 +170,7 @@ TEST_F(OutputFileTest, AFullDeviceIsNoticed) {
     const rlimit limit{100000, 100000};
     setrlimit(RLIMIT_FSIZE, &limit);
     const std::string said = message([&] { write_file(at("a.csv"), std::string(200000, 'x')); });
-    _exit(said == at("a.csv") + ": could not be written whole: File too large" ? 0 : 1);
+    _exit(said == at("a.csv") + ": could not be written completely: File too large" ? 0 : 1);
   });
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
   EXPECT_TRUE(names().empty());

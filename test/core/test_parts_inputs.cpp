@@ -39,16 +39,16 @@ struct Part {
 const std::vector<Part> kParts{
     {"ground.on_track_law: rails", [](Scenario& s) { s.ground.on_track_law = inputs::OnTrackLaw::rails; }},
     {"ground.off_track_law: by_slip", [](Scenario& s) { s.ground.off_track_law = inputs::OffTrackLaw::by_slip; }},
-    {"ground.patches",
+    {"ground.patches: 1 patches",
      [](Scenario& s) {
        s.ground.patches = {{0.0, 1.0, 0.0, 1.0, 2.0}};
      }},
-    {"contact.law", [](Scenario& s) { s.contact.law = inputs::ContactLaw::elastic; }},
-    {"coupler.draft_gear_travel", [](Scenario& s) { s.coupler.draft_gear_travel = 0.1; }},
-    {"coupler.damping_ratio", [](Scenario& s) { s.coupler.damping_ratio = 0.1; }},
-    {"coupler.break_draft", [](Scenario& s) { s.coupler.break_draft = 1e6; }},
-    {"coupler.break_swing", [](Scenario& s) { s.coupler.break_swing = 0.8; }},
-    {"coupler.break_moment", [](Scenario& s) { s.coupler.break_moment = 1e6; }}};
+    {"contact.law: elastic", [](Scenario& s) { s.contact.law = inputs::ContactLaw::elastic; }},
+    {"coupler.draft_gear_travel: 0.1", [](Scenario& s) { s.coupler.draft_gear_travel = 0.1; }},
+    {"coupler.damping_ratio: 0.1", [](Scenario& s) { s.coupler.damping_ratio = 0.1; }},
+    {"coupler.break_draft: 1000000", [](Scenario& s) { s.coupler.break_draft = 1e6; }},
+    {"coupler.break_swing: 0.8", [](Scenario& s) { s.coupler.break_swing = 0.8; }},
+    {"coupler.break_moment: 1000000", [](Scenario& s) { s.coupler.break_moment = 1e6; }}};
 
 TEST(Parts, NeedTheSteppedMethod) {
   for (const Part& part : kParts) {
@@ -59,30 +59,53 @@ TEST(Parts, NeedTheSteppedMethod) {
       s.solver.method = method;
       part.on(s);
       EXPECT_EQ(refusal(s), std::string("scenario: solver.method = '") + name + "': " + part.name +
-                                " makes the motion not smooth; allowed: semi_implicit");
+                                " cannot be computed by this method; allowed: semi_implicit");
     }
     Scenario s = test::baseline();
     s.solver.method = inputs::Method::semi_implicit;
     s.solver.fixed_step = 1e-3;
     part.on(s);
     EXPECT_EQ(refusal(s), "no error") << part.name;
+    EXPECT_EQ(inputs::model_of(s), inputs::Model::extended) << part.name;
+    s.model = inputs::Model::paper;
+    EXPECT_EQ(refusal(s),
+              "scenario: model = 'paper': this model has no " + part.name + "; allowed: extended, or leave it out");
   }
+}
+
+TEST(Parts, NoMethodChoosesTheModel) {
+  Scenario s = test::baseline();
+  EXPECT_EQ(inputs::model_of(s), inputs::Model::paper);
+  s.solver.method = inputs::Method::semi_implicit;
+  s.solver.fixed_step = 1e-3;
+  EXPECT_EQ(refusal(s), "no error");
+  EXPECT_EQ(inputs::model_of(s), inputs::Model::paper);
+  s.model = inputs::Model::extended;
+  EXPECT_EQ(refusal(s), "no error");
+  EXPECT_EQ(inputs::model_of(s), inputs::Model::extended);
+  s.solver.method = inputs::Method::bdf;
+  s.solver.fixed_step.reset();
+  EXPECT_EQ(refusal(s),
+            "scenario: solver.method = 'bdf': model: extended cannot be computed by this method; "
+            "allowed: semi_implicit");
 }
 
 TEST(Parts, SteppedMethodNeedsItsStep) {
   EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step.reset(); }),
-            "scenario: solver.fixed_step: missing: semi_implicit has no error control; allowed: (0, 1] s");
+            "scenario: solver.fixed_step: missing: semi_implicit needs a fixed step; allowed: (0, 1] s");
   EXPECT_EQ(refusal([](Scenario& s) { s.solver.fixed_step = 0.0; }),
             "scenario: solver.fixed_step = '0': out of range; allowed: [1e-08, 1] s");
 }
 
-TEST(Parts, SteppedMethodHasNoGuidedCars) {
+TEST(Parts, OnlyThePaperHasGuidedCars) {
   Scenario s = test::baseline();
   s.solver.method = inputs::Method::semi_implicit;
   s.solver.fixed_step = 1e-3;
   s.ground.on_track_law = inputs::OnTrackLaw::guided;
+  EXPECT_EQ(refusal(s), "no error");
+  s.model = inputs::Model::extended;
   EXPECT_EQ(refusal(s),
-            "scenario: ground.on_track_law = 'guided': constraints are for the other methods; "
+            "scenario: ground.on_track_law = 'guided': cannot be computed by the extended model; "
             "allowed: rails, isotropic, along_track");
 }
 
@@ -90,7 +113,7 @@ TEST(Parts, SomeNeedRails) {
   Scenario s = test::baseline();
   s.solver.method = inputs::Method::semi_implicit;
   s.solver.fixed_step = 1e-3;
-  const std::string why = ": needs rails; allowed: ground.on_track_law: rails, or leave it out";
+  const std::string why = ": works only with ground.on_track_law: rails; allowed: that law, or leave this key out";
   EXPECT_EQ(refusal([](Scenario& c) { c.brakes.law = inputs::BrakeLaw::air; }, s),
             "scenario: brakes.law = 'air'" + why);
   EXPECT_EQ(refusal([](Scenario& c) { c.track.grade = 0.01; }, s), "scenario: track.grade = '0.01'" + why);
@@ -120,7 +143,8 @@ TEST(Parts, CurvesFollowEachOther) {
   EXPECT_EQ(refusal([](Scenario& s) {
               s.track.curves = {{-100.0, 50.0, 0.001}, {-51.0, 50.0, -0.001}};
             }),
-            "scenario: track.curves[1].start = '-51': begins before the curve before it ends; allowed: >= -50 m");
+            "scenario: track.curves[1].start = '-51': the curve begins before the end of the previous curve; allowed: "
+            ">= -50 m");
   EXPECT_EQ(refusal([](Scenario& s) {
               s.track.curves = {{-100.0, 0.0, 0.001}};
             }),
@@ -135,11 +159,11 @@ TEST(Parts, PatchesAreNotEmpty) {
   EXPECT_EQ(refusal([](Scenario& s) {
               s.ground.patches = {{5.0, 5.0, 0.0, 1.0, 2.0}};
             }),
-            "scenario: ground.patches[0].x_to = '5': empty patch; allowed: > 5 m");
+            "scenario: ground.patches[0].x_to = '5': not greater than x_from; allowed: > 5 m");
   EXPECT_EQ(refusal([](Scenario& s) {
               s.ground.patches = {{0.0, 5.0, 0.0, 1.0, 2.0}, {0.0, 5.0, 2.0, 1.0, 2.0}};
             }),
-            "scenario: ground.patches[1].y_to = '1': empty patch; allowed: > 2 m");
+            "scenario: ground.patches[1].y_to = '1': not greater than y_from; allowed: > 2 m");
 }
 
 struct Number {

@@ -111,18 +111,20 @@ TEST(SemiImplicit, SaysWhyItFails) {
   EXPECT_TRUE(integrator->state().allFinite());
 }
 
-// With every part off the equations are the paper's: the steps converge to its solution, in first order.
-class WithoutParts : public testing::TestWithParam<inputs::OnTrackLaw> {};
+// In steps of fixed length the paper's model, and the extended one with every part off, converge to the solution of the
+// paper's model, in first order.
+class WithoutParts : public testing::TestWithParam<std::tuple<inputs::OnTrackLaw, inputs::Model>> {};
 
 TEST_P(WithoutParts, ConvergesToThePapersModel) {
   inputs::Scenario s = test::mixed_train();
-  s.ground.on_track_law = GetParam();
+  s.ground.on_track_law = std::get<0>(GetParam());
   s.initial.yaw_rate = 0.4;
   s.stop.time_max = 0.5;  // later a car passes the point of derailment, which steps see up to one step late
   test::set_tolerance(s, 1e-11);
   simulation::Simulation exact(s);
   exact.run();
   ASSERT_GT(exact.outcome().coupler_force_peak(), 1e4);
+  s.model = std::get<1>(GetParam());
   s.solver.method = inputs::Method::semi_implicit;
   double error[3];
   for (int i = 0; i < 3; ++i) {
@@ -145,7 +147,11 @@ TEST_P(WithoutParts, ConvergesToThePapersModel) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Readings, WithoutParts,
-                         testing::Values(inputs::OnTrackLaw::isotropic, inputs::OnTrackLaw::along_track));
+                         testing::Combine(testing::Values(inputs::OnTrackLaw::isotropic,
+                                                          inputs::OnTrackLaw::along_track),
+                                          testing::Values(inputs::Model::paper, inputs::Model::extended)));
+INSTANTIATE_TEST_SUITE_P(Guided, WithoutParts,
+                         testing::Values(std::tuple{inputs::OnTrackLaw::guided, inputs::Model::paper}));
 
 /// Passing of the point of derailment as the paper's model has it, on its own: no part of simulation/.
 class PaperSystem final : public test::ModelSystem {

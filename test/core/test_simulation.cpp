@@ -25,7 +25,7 @@ void expect_same(const outcome::Outcome& a, const outcome::Outcome& b) {
   EXPECT_EQ(a.cars_off_track, b.cars_off_track);
   EXPECT_EQ(a.touches, b.touches);
   EXPECT_EQ(a.closing_speed_max.speed, b.closing_speed_max.speed);
-  EXPECT_EQ(a.closing_speed_max.normal_speed, b.closing_speed_max.normal_speed);
+  EXPECT_EQ(a.closing_speed_max.speed_normal, b.closing_speed_max.speed_normal);
   EXPECT_EQ(a.closing_speed_max.time, b.closing_speed_max.time);
   EXPECT_EQ(a.relative_speed_max.speed, b.relative_speed_max.speed);
   EXPECT_EQ(a.relative_speed_max.coupler, b.relative_speed_max.coupler);

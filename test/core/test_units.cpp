@@ -115,31 +115,31 @@ TEST(UnitsNotMeant, PrefixesAreNotPutBeforeAnything) {
 }
 
 TEST(UnitsNotMeant, AMassIsNoWeight) {
-  EXPECT_EQ(refusal("34 t", "N"), "a mass; as a weight: 333 kN, 75 kip");
-  EXPECT_EQ(refusal("34000 kg", "N"), "a mass; as a weight: 333 kN, 75 kip");
-  EXPECT_EQ(refusal("286000 lb", "N"), "a mass; as a weight: 1272 kN, 286 kip");
-  EXPECT_EQ(refusal("143 tons", "N"), "a mass; as a weight: 1272 kN, 286 kip");
-  EXPECT_EQ(
-      refusal("5 lb/ft", "N/m"),
-      "wrong dimension: 'lb/ft' cannot be converted to 'N/m': a mass in place of a force (lbf, kgf or N for lb or kg)");
+  EXPECT_EQ(refusal("34 t", "N"), "a mass, but a weight is needed: 333 kN, 75 kip");
+  EXPECT_EQ(refusal("34000 kg", "N"), "a mass, but a weight is needed: 333 kN, 75 kip");
+  EXPECT_EQ(refusal("286000 lb", "N"), "a mass, but a weight is needed: 1272 kN, 286 kip");
+  EXPECT_EQ(refusal("143 tons", "N"), "a mass, but a weight is needed: 1272 kN, 286 kip");
+  EXPECT_EQ(refusal("5 lb/ft", "N/m"),
+            "wrong dimension: 'lb/ft' cannot be converted to 'N/m': a mass instead of a force (write lbf, kgf or N, "
+            "not lb or kg)");
   EXPECT_EQ(refusal("5 lbf ft2", "kg m2"),
-            "wrong dimension: 'lbf ft2' cannot be converted to 'kg m2': a force in place of a mass (lb or kg for lbf, "
-            "kgf or N)");
+            "wrong dimension: 'lbf ft2' cannot be converted to 'kg m2': a force instead of a mass (write lb or kg, "
+            "not lbf, kgf or N)");
 }
 
 TEST(UnitsNotMeant, FeetAndInchesAreOneNumber) {
   for (const char* text : {"46 ft 6 in", "46ft 6in", "46' 6\"", "46'6", "46 feet 6 inches", "46 ft. 6 in."}) {
     const std::string answer = refusal(text, "m");
-    EXPECT_EQ(answer, "feet and inches: 46.5 ft") << text;
+    EXPECT_EQ(answer, "feet and inches: write 46.5 ft") << text;
   }
-  EXPECT_EQ(refusal("46'", "m"), "feet and inches: 46 ft");
-  EXPECT_EQ(refusal("6\"", "m"), "feet and inches: 0.5 ft");
+  EXPECT_EQ(refusal("46'", "m"), "feet and inches: write 46 ft");
+  EXPECT_EQ(refusal("6\"", "m"), "feet and inches: write 0.5 ft");
 }
 
 TEST(UnitsNotMeant, NumbersThatAreNone) {
-  EXPECT_EQ(refusal("0,5", "m"), "a comma in a number: a decimal point is wanted (0.5), and nothing between thousands");
+  EXPECT_EQ(refusal("0,5", "m"), "a comma in a number: write a decimal point (0.5), and nothing between thousands");
   EXPECT_EQ(refusal("150,000 lbf", "N"),
-            "a comma in a number: a decimal point is wanted (0.5), and nothing between thousands");
+            "a comma in a number: write a decimal point (0.5), and nothing between thousands");
   EXPECT_EQ(refusal("1_000", "m"), "an underscore in a number");
   EXPECT_EQ(refusal("0x1F", "m"), "a hexadecimal number");
   EXPECT_EQ(refusal("1 000 m", "m").substr(0, 25), "a second number in '000 m");
@@ -154,7 +154,7 @@ TEST(UnitsNotMeant, NumbersThatAreNone) {
 }
 
 TEST(UnitsNotMeant, CharactersOfNoUnit) {
-  EXPECT_EQ(refusal("37\u00a0mph", "m/s"), "unit '\u00a0mph' with a character that belongs to none (U+00A0)");
+  EXPECT_EQ(refusal("37\u00a0mph", "m/s"), "unit '\u00a0mph' has a character that no unit has (U+00A0)");
   EXPECT_EQ(refusal("37 mp\u0127", "m/s"), "unknown unit 'mp\u0127' (known: mph, km/h, ft/s, m/s, knot, ...)");
   for (const char* text : {"3 m @ 100", "3 m;", "3 m:", "3 m=", "3 m from 7", "3 (m", "3 m)", "3 m^", "3 m^99",
                            "3 m2.5", "3 lg(re 1 m)", "3 \x1b[31m", "3 \xff"}) {

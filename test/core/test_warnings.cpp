@@ -163,13 +163,14 @@ TEST(Counts, AreNamedBeforeAnythingStarts) {
             "scenario: outcome.sample_interval = '1e-300': out of range; allowed: [1e-06, 1] s");
   EXPECT_EQ(with([](Scenario& c) { c.outcome.sample_interval = 1e-6; }),
             "scenario: outcome.sample_interval = '1e-06': 1e+08 samples up to stop.time_max; allowed: at most "
-            "10000000, so >= 1e-05");
+            "10000000, so >= 1e-05 s");
+  EXPECT_EQ(with([](Scenario& c) { c.output.interval = 1e-5; }),
+            "scenario: output.interval = '1e-05': 1e+07 output times up to stop.time_max; allowed: at most 1000000, so "
+            ">= 0.0001 s");
   EXPECT_EQ(
-      with([](Scenario& c) { c.output.interval = 1e-5; }),
-      "scenario: output.interval = '1e-05': 1e+07 points up to stop.time_max; allowed: at most 1000000, so >= 0.0001");
-  EXPECT_EQ(with([](Scenario& c) { c.solver.fixed_step = 1e-6; }),
-            "scenario: solver.fixed_step = '1e-06': 1e+08 steps up to stop.time_max, beyond solver.steps_max; allowed: "
-            "at most 10000000, so >= 1e-05");
+      with([](Scenario& c) { c.solver.fixed_step = 1e-6; }),
+      "scenario: solver.fixed_step = '1e-06': 1e+08 steps up to stop.time_max, more than solver.steps_max; allowed: "
+      "at most 10000000, so >= 1e-05 s");
   EXPECT_EQ(with([](Scenario& c) { c.rails.torn_length = 1e-9; }).substr(0, 44),
             "scenario: rails.torn_length = '1e-09': 2.21e");
   EXPECT_EQ(with([](Scenario& c) { c.rails.torn_length = 0.0; }), "no error");
@@ -200,7 +201,7 @@ TEST(Ranges, HoldWhatATrainCanHave) {
   EXPECT_EQ(baseline([](Scenario& s) { s.consist[0].yaw_inertia = 1e-9; }),
             "scenario: consist[0].yaw_inertia = '1e-09': out of range; allowed: [1, 1e+10] kg m2");
   EXPECT_EQ(baseline([](Scenario& s) { s.consist[0].yaw_inertia = 1000.0; }).substr(0, 66),
-            "scenario: consist[0].yaw_inertia = '1000': 4.51e-05 of M L^2; allo");
+            "scenario: consist[0].yaw_inertia = '1000': is 4.51e-05 M L^2; allo");
   // Every number has a finite range.
   for (const auto& v : inputs::key_values(test::accident(3))) {
     if (v.unit.empty()) continue;

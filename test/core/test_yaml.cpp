@@ -81,12 +81,12 @@ TEST(Yaml, AChangedInputKeepsWhatIsMerged) {
 
 TEST(Yaml, WrongMergeKeysAreRefused) {
   EXPECT_EQ(refusal("<<: 5\n" + kTrain),
-            "file:1: '<<': merges what is not a group of keys; allowed: <<: *name or <<: [*one, *other]");
+            "file:1: '<<': can merge only groups of keys; allowed: <<: *name or <<: [*one, *other]");
   EXPECT_EQ(refusal("<<: [{}, 5]\n" + kTrain),
-            "file:1: '<<': merges what is not a group of keys; allowed: <<: *name or <<: [*one, *other]");
+            "file:1: '<<': can merge only groups of keys; allowed: <<: *name or <<: [*one, *other]");
   EXPECT_EQ(refusal("<<: {}\n<<: {}\n" + kTrain), "file:2: '<<': key given twice; allowed: once: <<: [*one, *other]");
-  EXPECT_EQ(refusal("title: <<\n" + kTrain).substr(0, 80),
-            "file:1: '<<': under roslaunch (YAML 1.1) this is a merge key, not a value; allow");
+  EXPECT_EQ(refusal("title: <<\n" + kTrain).substr(0, 85),
+            "file:1: '<<': roslaunch (YAML 1.1) would read this as a merge key, not a value; allow");
   EXPECT_EQ(refusal("\"<<\": {}\n" + kTrain).substr(0, 31), "file:1: << = '{}': unknown key;")
       << "in quotes it is a name";
   EXPECT_EQ(refusal("initial: {speed: 1, speed: 2, <<: {yaw_rate: 1}}\nconsist: []\n"),
@@ -128,7 +128,8 @@ TEST(Yaml, WhatRoslaunchReadsOtherwiseIsRefused) {
           key == "title" ? "title: " + std::string(word) + "\n" + kTrain : kTrain + "coupler: {length: " + word + "}\n";
       const std::string problem = refusal(text);
       if (std::string(word) == "._5") continue;  // text for both
-      EXPECT_NE(problem.find(std::string("'") + word + "': under roslaunch (YAML 1.1) this is "), std::string::npos)
+      EXPECT_NE(problem.find(std::string("'") + word + "': roslaunch (YAML 1.1) would read this as "),
+                std::string::npos)
           << text << problem;
     }
     EXPECT_EQ(refusal("title: \"" + std::string(word) + "\"\n" + kTrain), "") << "in quotes it is text: " << word;
@@ -168,7 +169,7 @@ TEST(Yaml, TextThatRoslaunchWouldWriteOtherwiseWantsQuotes) {
   for (const char* text : {"1.50", "+5", "1.0", ".inf", "1.0e+3"}) {
     EXPECT_EQ(refusal("title: " + std::string(text) + "\n" + kTrain),
               "file:1: title = '" + std::string(text) +
-                  "': a number where text is wanted: roslaunch (YAML 1.1) would write it otherwise; allowed: \"" +
+                  "': a number where a text is needed; roslaunch (YAML 1.1) would change its digits; allowed: \"" +
                   text + "\" in quotes");
     EXPECT_EQ(refusal("title: \"" + std::string(text) + "\"\n" + kTrain), "");
   }
@@ -178,7 +179,7 @@ TEST(Yaml, TextThatRoslaunchWouldWriteOtherwiseWantsQuotes) {
 
 TEST(Yaml, WhatOneOfTheReadersRefusesIsRefused) {
   EXPECT_EQ(refusal(kTrain + "---\ntitle: other\n"),
-            "file:3: a second document; allowed: one: no line --- between two");
+            "file:3: a second YAML document begins here; allowed: one document, without a line ---");
   EXPECT_EQ(refusal("---\n" + kTrain + "...\n"), "");
   EXPECT_EQ(refusal("title: !!str 5\n" + kTrain).substr(0, 23), "file:1: '5': a tag (tag");
   for (const char* tagged :
@@ -195,13 +196,14 @@ TEST(Yaml, WhatOneOfTheReadersRefusesIsRefused) {
   EXPECT_EQ(refusal(kTrain + "title: a\u0085b\n"),
             "file:3: a control character (U+0085); allowed: printable characters; in quotes \\x..");
   EXPECT_EQ(refusal(kTrain + "title: a\u2028b\n").substr(0, 36), "file:3: a control character (U+2028)");
-  EXPECT_EQ(refusal(kTrain + "title: \xff\n"), "file:3: a byte that is no UTF-8 (0xff); allowed: text in UTF-8");
+  EXPECT_EQ(refusal(kTrain + "title: \xff\n"), "file:3: a byte that is not UTF-8 (0xff); allowed: text in UTF-8");
   EXPECT_EQ(refusal(kTrain + std::string("title: a\0b\n", 11)).substr(0, 36), "file:3: a control character (U+0000)");
-  EXPECT_EQ(refusal("? [a, b]\n: 5\n" + kTrain),
-            "file:1: [a, b] = '5': unknown key; allowed: brakes, consist, contact, coupler, ground, initial, outcome, "
-            "output, rails, solver, stop, title, track");
-  EXPECT_EQ(refusal("title: ~\n" + kTrain), "file:1: title = 'nothing': nothing stands here; allowed: text");
-  EXPECT_EQ(refusal("title:\n" + kTrain), "file:1: title = 'nothing': nothing stands here; allowed: text");
+  EXPECT_EQ(
+      refusal("? [a, b]\n: 5\n" + kTrain),
+      "file:1: [a, b] = '5': unknown key; allowed: brakes, consist, contact, coupler, ground, initial, model, outcome, "
+      "output, rails, solver, stop, title, track");
+  EXPECT_EQ(refusal("title: ~\n" + kTrain), "file:1: title = 'nothing': the value is missing; allowed: text");
+  EXPECT_EQ(refusal("title:\n" + kTrain), "file:1: title = 'nothing': the value is missing; allowed: text");
 }
 
 TEST(Yaml, LineEndsAndByteOrderMarksAreTheSameTrain) {
@@ -259,9 +261,9 @@ TEST(YamlBounds, AliasesCountAsWhatTheyStandFor) {
   std::string merges = "x0: &x0 {a0: 1, b0: 1}\n";
   for (int i = 1; i < 40; ++i) merges += fmt::format("x{0}: &x{0} {{<<: [*x{1}, *x{1}], a{0}: 1}}\n", i, i - 1);
   EXPECT_NE(refusal(merges).find("too many values"), std::string::npos);
-  EXPECT_EQ(
-      refusal("x: &x [*x]\n"),
-      "file:1: an alias inside of what it stands for; allowed: anchors (&name) that end before their aliases (*name)");
+  EXPECT_EQ(refusal("x: &x [*x]\n"),
+            "file:1: an alias inside the value that it stands for; allowed: anchors (&name) that end before their "
+            "aliases (*name)");
 }
 
 TEST(YamlBounds, LongTextsAreRefusedByTheirSize) {
@@ -301,7 +303,7 @@ TEST(YamlBounds, NothingButFilesIsRead) {
   EXPECT_EQ(file_refusal(folder / "loop"), ": cannot be read: Too many levels of symbolic links");
   { std::ofstream sparse(folder / "sparse"); }
   fs::resize_file(folder / "sparse", 1'000'000'000'000);
-  EXPECT_EQ(file_refusal(folder / "sparse"), ": too long a file; allowed: at most 524288 bytes");
+  EXPECT_EQ(file_refusal(folder / "sparse"), ": file too long; allowed: at most 524288 bytes");
   { std::ofstream(folder / "good") << kTrain; }
   EXPECT_EQ(file_refusal(folder / "good"), "");
   EXPECT_EQ(inputs::read_file((folder / "good").string(), kTrain.size()), kTrain);

@@ -392,12 +392,12 @@ TEST(MarkerScene, WhatIsReadBesideALongTrainIsInTheShippedView) {
   }
 }
 
-outcome::Closing touch_at(double time, double speed) { return {speed, speed, 1, 2, time, 10.0 * speed, 3.0}; }
+outcome::FirstTouch touch_at(double time, double speed) { return {speed, speed, 1, 2, time, 10.0 * speed, 3.0}; }
 
 TEST(MarkerScene, TouchesFlashForASecondOfSimulatedTime) {
   simulation::Simulation simulation(short_train(2));
   simulation::Snapshot now = simulation.snapshot();
-  const std::vector<outcome::Closing> touches{touch_at(0.5, 4.0), touch_at(2.0, 5.0), touch_at(2.1, 0.2)};
+  const std::vector<outcome::FirstTouch> touches{touch_at(0.5, 4.0), touch_at(2.0, 5.0), touch_at(2.1, 0.2)};
   MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
   const auto show_at = [&](MarkerScene& in, double time) {
     now.time = time;
@@ -446,7 +446,7 @@ TEST(MarkerScene, TellsTheFastestOfManyTouches) {
   simulation::Simulation simulation(short_train(2));
   simulation::Snapshot now = simulation.snapshot();
   now.time = 1.0;
-  std::vector<outcome::Closing> touches;
+  std::vector<outcome::FirstTouch> touches;
   for (int i = 0; i < 40; ++i) touches.push_back(touch_at(0.5 + 0.01 * i, 2.0 + (i * 7) % 40));
   MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
   scene.update(now, simulation.outcome(), touches, 0.0, 0.0, ros::Time(1.0));

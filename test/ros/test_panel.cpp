@@ -27,6 +27,8 @@
 #include "node_client.hpp"
 #include "train_derail/GetInputs.h"
 #include "train_derail/Inputs.h"
+#include "train_derail/outcome/fields.hpp"
+#include "train_derail/ros/message_fields.hpp"
 
 namespace train_derail::test {
 namespace {
@@ -313,14 +315,26 @@ TEST_F(Panel, FollowsARunToItsEnd) {
   const Outcome& o = outcome.last();
   const auto text = [&](const char* name) { return label(name)->text().toStdString(); };
   EXPECT_TRUE(wait_in_rviz([&] {
-    return text("outcome:buff") == QString("%1 kip at %2")
-                                       .arg(o.coupler_buff_peak / inputs::kKip, 0, 'f', 0)
-                                       .arg(o.coupler_buff_peak_coupler)
-                                       .toStdString();
-  })) << text("outcome:buff");
-  EXPECT_EQ(text("outcome:derailed"), std::to_string(o.cars_past_pod) + " past the point, " +
-                                          std::to_string(o.cars_off_track) + " off the track, of 12");
-  EXPECT_EQ(text("outcome:residual"), QString::number(o.energy_residual, 'e', 1).toStdString());
+    return text("outcome:coupler_buff_peak") ==
+           QString("%1 kip").arg(o.coupler_buff_peak / inputs::kKip, 0, 'f', 0).toStdString();
+  })) << text("outcome:coupler_buff_peak");
+  const std::string coupler = std::to_string(o.coupler_buff_peak_coupler);
+  EXPECT_EQ(text("outcome_note:coupler_buff_peak").rfind("coupler " + coupler + "-", 0), 0U)
+      << text("outcome_note:coupler_buff_peak");
+  EXPECT_EQ(text("outcome:cars"), "12");
+  const auto known = ros_face::read<outcome::Outcome>(o, outcome::outcome_fields());
+  for (const auto& field : outcome::outcome_fields()) {
+    if (!field.headline) continue;
+    const std::string name = "outcome:" + std::string(field.name);
+    const bool shown = !field.when || field.when(known);
+    EXPECT_EQ(label(name.c_str())->isVisible(), shown) << name;
+    if (!shown) continue;
+    const outcome::Row row = outcome::row_of(field, known);
+    EXPECT_EQ(text(name.c_str()), row.shown.empty() ? row.si : row.shown) << name;
+  }
+  EXPECT_EQ(text("outcome:cars_past_pod"), std::to_string(o.cars_past_pod));
+  EXPECT_EQ(text("outcome:cars_off_track"), std::to_string(o.cars_off_track));
+  EXPECT_EQ(text("outcome:energy_residual"), QString::number(o.energy_residual, 'e', 1).toStdString());
   EXPECT_FALSE(button("run")->isEnabled());
   EXPECT_TRUE(button("restart")->isEnabled());
 }
@@ -432,10 +446,10 @@ TEST_F(Panel, ShowsAReplayAndSaysThatItIsOne) {
   ASSERT_TRUE(wait_in_rviz([&] { return !outcome.empty() && outcome.last().ended == Outcome::TIME_MAX; }));
   const auto text = [&](const char* name) { return label(name)->text().toStdString(); };
   EXPECT_TRUE(wait_in_rviz([&] {
-    return text("outcome:buff").find(" at " + std::to_string(outcome.last().coupler_buff_peak_coupler)) !=
-           std::string::npos;
-  })) << text("outcome:buff");
-  EXPECT_TRUE(label("outcome:buff")->isEnabled());
+    return text("outcome_note:coupler_buff_peak")
+               .rfind("coupler " + std::to_string(outcome.last().coupler_buff_peak_coupler) + "-", 0) == 0;
+  })) << text("outcome_note:coupler_buff_peak");
+  EXPECT_TRUE(label("outcome:coupler_buff_peak")->isEnabled());
   EXPECT_EQ(text("time"), "3.00 s");
   EXPECT_EQ(edit("input:initial.speed")->text(), "37 mph");
   for (const char* name : {"run", "pause", "step", "restart", "revert"})

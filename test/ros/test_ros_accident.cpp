@@ -106,7 +106,7 @@ TEST_F(Accident, ImpactsAreThoseThatTheModelNoted) {
     EXPECT_TRUE(a.car_a == e.car_a + 1 && a.car_b == e.car_b + 1) << i;
     EXPECT_TRUE(a.face_a == faces.at(e.face_a) && a.face_b == faces.at(e.face_b)) << i;
     EXPECT_TRUE(a.along_a == e.along_a && a.along_b == e.along_b) << i;
-    EXPECT_TRUE(a.closing_speed == e.closing_speed && a.closing_normal == e.closing_normal) << i;
+    EXPECT_TRUE(a.closing_speed == e.closing_speed && a.closing_speed_normal == e.closing_speed_normal) << i;
     EXPECT_TRUE(a.impulse == e.impulse && a.peak_force == e.peak_force) << i;
   }
 }
@@ -119,7 +119,8 @@ TEST_F(Accident, HistogramHoldsEveryImpactOnce) {
     EXPECT_GT(m.counts.back(), 0U) << "up to the fastest";
     for (std::size_t bin = 0; bin < m.counts.size(); ++bin) {
       const auto in_bin = [&](const Impact& i) {
-        return i.closing_normal < m.bin_edges[bin + 1] && (bin == 0 || i.closing_normal >= m.bin_edges[bin]);
+        return i.closing_speed_normal < m.bin_edges[bin + 1] &&
+               (bin == 0 || i.closing_speed_normal >= m.bin_edges[bin]);
       };
       EXPECT_EQ(m.counts[bin], std::count_if(m.impacts.begin(), m.impacts.end(), in_bin)) << "bin " << bin;
     }
@@ -172,7 +173,7 @@ TEST_F(Accident, OutcomeIsThatOfTheSimulation) {
   EXPECT_EQ(m.cars_derailed, m.derailed_by_pod + m.derailed_by_lateral + m.derailed_by_torn_track);
   EXPECT_GT(m.impacts, 0U);
   EXPECT_EQ(m.impacts, static_cast<unsigned>(e.impacts.count));
-  EXPECT_EQ(m.impact_speed_max, e.impacts.closing_normal_max);
+  EXPECT_EQ(m.impact_speed_max, e.impacts.closing_speed_normal_max);
   EXPECT_EQ(m.impact_force_peak, e.impacts.peak_force);
   EXPECT_EQ(m.impact_impulse_max, e.impacts.impulse_max);
   EXPECT_GT(m.blockage_force, 0.0);

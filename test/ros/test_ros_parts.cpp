@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <set>
 #include <thread>
@@ -20,6 +21,7 @@
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/pile_up_follower.hpp"
 #include "train_derail/ros/sim_clock.hpp"
+#include "train_derail/ros/topics.hpp"
 #include "train_derail/simulation/fields.hpp"
 
 namespace train_derail::ros_face {
@@ -287,8 +289,9 @@ TEST(EventDetector, SaysWhatDerailedACarAndWhatBrokeACoupler) {
   EXPECT_NE(found[0].text.find("torn"), std::string::npos) << found[0].text;
 }
 
-model::Impact impact(double closing_normal) {
-  return {3.0, 3.5, 4, 6, model::Face::rear, model::Face::left, -8.0, 2.0, 12.0, -1.0, 9.0, closing_normal, 4e5, 7e6};
+model::Impact impact(double closing_speed_normal) {
+  return {3.0, 3.5, 4, 6, model::Face::rear, model::Face::left, -8.0, 2.0, 12.0, -1.0, 9.0, closing_speed_normal,
+          4e5, 7e6};
 }
 
 TEST(Messages, ImpactsSayWhoHitWhomAndWhere) {
@@ -311,7 +314,7 @@ TEST(Messages, ImpactsSayWhoHitWhomAndWhere) {
   EXPECT_EQ(i.x, 12.0);
   EXPECT_EQ(i.y, -1.0);
   EXPECT_EQ(i.closing_speed, 9.0);
-  EXPECT_EQ(i.closing_normal, 5.0);
+  EXPECT_EQ(i.closing_speed_normal, 5.0);
   EXPECT_EQ(i.impulse, 4e5);
   EXPECT_EQ(i.peak_force, 7e6);
 }
@@ -427,6 +430,30 @@ TEST(Messages, CarsAndCouplersSayWhatBecameOfThem) {
   const CouplerForces m = to_message(std::vector<simulation::CouplerSnapshot>{coupler(0.0), broken}, 0.0, {}, 1);
   EXPECT_FALSE(m.couplers.at(0).broken);
   EXPECT_TRUE(m.couplers.at(1).broken);
+}
+
+TEST(Topics, PageIsTheTable) {
+  std::string table = "| topic | type | latched | queue | meaning |\n|---|---|---|---|---|\n";
+  for_each_topic([&](auto topic) {
+    using Topic = decltype(topic);
+    table += fmt::format("| `{}` | {} | {} | {} | {} |\n", Topic::facts.name,
+                         ::ros::message_traits::datatype<typename Topic::Message>(),
+                         Topic::facts.latched == Latched::yes ? "yes" : "no", Topic::facts.queue, Topic::facts.meaning);
+  });
+  std::ifstream file(TRAIN_DERAIL_SOURCE_DIR "/docs/topics.md");
+  const std::string page(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(page.find("\n\n" + table + "\n"), std::string::npos) << "docs/topics.md is to hold:\n" << table;
+}
+
+TEST(Topics, NamesAreBelowTheNodeOrForAll) {
+  EXPECT_EQ(topic_name(CarsTopic::facts, "/yard/left"), "/yard/left/cars");
+  EXPECT_EQ(topic_name(TfTopic::facts, "/yard/left"), "/tf");
+  std::set<std::string_view> names;
+  for_each_topic([&](auto topic) {
+    const TopicFacts& facts = decltype(topic)::facts;
+    EXPECT_TRUE(names.insert(facts.name).second) << facts.name << " is there twice";
+    EXPECT_EQ(topic_facts(topic_number<decltype(topic)>()).name, facts.name);
+  });
 }
 
 TEST(PileUpFollower, GoesToTheMiddleOfTheDerailedCars) {

@@ -14,6 +14,7 @@
 #include "train_derail/Inputs.h"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/writer.hpp"
+#include "train_derail/ros/topics.hpp"
 
 namespace train_derail::test {
 namespace {
@@ -162,6 +163,28 @@ TEST_F(Streams, LateListenerFindsTheTreeOfARunThatStandsStill) {
   EXPECT_TRUE(wait_for([&] { return !late.empty() && late.last().clock >= cars->last().header.stamp; }));
 }
 
+TEST_F(Streams, TopicsAreThoseOfTheTable) {
+  ros::master::V_TopicInfo all;
+  ASSERT_TRUE(ros::master::getTopics(all));
+  std::map<std::string, std::string> types;
+  for (const ros::master::TopicInfo& info : all) types[info.name] = info.datatype;
+  ros_face::for_each_topic([&](auto topic) {
+    using Topic = decltype(topic);
+    const std::string name = ros_face::topic_name(Topic::facts, "/train_derail");
+    EXPECT_EQ(types[name], ros::message_traits::datatype<typename Topic::Message>()) << name;
+    types.erase(name);
+    if (Topic::facts.latched == ros_face::Latched::no) return;
+    Record<typename Topic::Message> late(name);
+    EXPECT_TRUE(wait_for([&] { return !late.empty(); })) << name << " is latched";
+  });
+  // What is left tells of nodes and studies, not of a run.
+  for (const auto& [name, type] : types) {
+    EXPECT_TRUE(name.rfind("/rosout", 0) == 0 || name == "/diagnostics" ||
+                name.rfind("/train_derail/run_study/", 0) == 0)
+        << name << " is not in the table";
+  }
+}
+
 TEST_F(Streams, MarkersAreValidAndBeginWithAnEmptyScene) {
   using visualization_msgs::Marker;
   std::set<ros::Time> stamps;
@@ -193,7 +216,7 @@ TEST_F(Streams, MarkersFlashForASecondAfterEachTouch) {
   for (const auto& array : markers->messages) {
     const double time = (array.markers.back().header.stamp - run_info->last().start).toSec();
     bool expected = false, at_the_edge = time < 0.0;  // of the first run
-    for (const outcome::Closing& touch : simulation.touches()) {
+    for (const outcome::FirstTouch& touch : simulation.touches()) {
       const double age = time - touch.time;
       at_the_edge = at_the_edge || std::abs(age) < 1e-6 || std::abs(age - 1.0) < 1e-6;
       expected = expected || (age >= 0.0 && age < 1.0);

@@ -94,8 +94,8 @@ class ReadmeTest(unittest.TestCase):
         self.assertEqual(has, set(re.findall(r'\./run (\w+)', self.text)) & (has | {'build', 'sim', 'test'}))
 
     def test_topics(self):
-        code = read('src/ros/publishers.cpp') + read('src/ros/diagnostics.cpp')
-        advertised = {n if n.startswith('/') else '~' + n for n in re.findall(r'advertise<[^>]+>\(\s*"([^"]+)"', code)}
+        advertised = set(re.findall(r'TopicFacts facts\{\s*"([^"]+)"', read('include/train_derail/ros/topics.hpp')))
+        advertised |= set(re.findall(r'advertise<[^>]+>\(\s*"([^"]+)"', read('src/ros/diagnostics.cpp')))
         self.assertGreater(len(advertised), 8)
         self.assertEqual(set(self.table('topic')), advertised)
 

@@ -41,18 +41,15 @@ def hold(command):
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with subprocess.Popen(command, stdin=subprocess.DEVNULL):
         sys.stdin.read()
-        while True:
-            below = descendants(os.getpid())
-            if not below:
-                break
-            for process in below:
-                try:
-                    os.kill(process, signal.SIGKILL)
-                except ProcessLookupError:
-                    pass
-            time.sleep(0.01)
+        # Whoever loses its parent becomes a child of this process. So one ends after the other, and what they have started
+        # meanwhile is seen at the next turn.
         try:
             while True:
+                for process in descendants(os.getpid()):
+                    try:
+                        os.kill(process, signal.SIGKILL)
+                    except ProcessLookupError:
+                        pass
                 os.wait()
         except ChildProcessError:
             pass

@@ -48,6 +48,7 @@ struct Field {
   /// Remark behind the value in a table, such as where and when; empty means no remark.
   std::function<std::string(const Record&)> note;
   bool compared = false;  ///< whether it is a quantity, that is a number for studies and comparisons
+  bool headline = false;  ///< whether short lists show it, such as the panel of RViz
 
   /// Sets `when`.
   Field& shown_when(std::function<bool(const Record&)> condition) {
@@ -62,6 +63,11 @@ struct Field {
   /// Makes the field a quantity.
   Field& in_studies() {
     compared = true;
+    return *this;
+  }
+  /// Marks it for short lists, such as the panel of RViz.
+  Field& as_headline() {
+    headline = true;
     return *this;
   }
   /// Sets the names of a choice.

@@ -7,7 +7,7 @@
 namespace train_derail::files {
 
 /// What a file or folder seems to be.
-enum class Kind {
+enum class FileKind {
   unknown,  ///< some other text, or a path that does not exist: its reader decides
   scenario,
   study,
@@ -20,9 +20,9 @@ enum class Kind {
 
 /// The answer of recognise().
 struct Recognised {
-  Kind kind = Kind::unknown;  ///< what it is
-  std::string what;           ///< the same in words, "a study", "a bag of messages"; empty if unknown
-  std::string hint;           ///< which command takes it, "derail study takes it"; empty if none does
+  FileKind kind = FileKind::unknown;  ///< what it is
+  std::string what;                   ///< the same in words, "a study", "a bag of messages"; empty if unknown
+  std::string hint;                   ///< which command takes it, "derail study takes it"; empty if none does
 };
 
 /// Recognised::what of a page that `derail report` has written.

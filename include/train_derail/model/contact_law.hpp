@@ -1,6 +1,7 @@
-// Normal force between two car bodies: a spring while they close, weaker while they part, so that a central hit returns
-// the share e of its speed; above the crush force the bodies yield. Crush force of a tank head or an underframe:
-// 1-1.5e6 lbf.
+/// \file
+/// Normal force between two car bodies: a spring while they close, weaker while they part, so that a central hit
+/// returns the share e of its speed; above the crush force the bodies yield. Crush force of a tank head or an
+/// underframe: 1-1.5e6 lbf.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,7 @@
-// Coupler as a massless pin-ended bar: axial force (paper, figure 3), moment at the swing stop (figure 4),
-// lateral force from the bar's moment balance (eq. 14), reactions on both cars (eqs. 6-14 as corrected in
-// docs/model.md).
+/// \file
+/// Coupler as a massless pin-ended bar: axial force (paper, figure 3), moment at the swing stop (figure 4),
+/// lateral force from the bar's moment balance (eq. 14), reactions on both cars (eqs. 6-14 as corrected in
+/// docs/model.md).
 #pragma once
 
 #include <algorithm>
@@ -49,21 +50,21 @@ inline double swing_energy(const inputs::Coupler& c, double gamma) {
 /// Forces of one coupler. "Lead" is car k (its rear pin), "trail" car k + 1 (its front pin).
 template <class T>
 struct CouplerLoad {
-  T gap;           // G, pin to pin [m] (eq. 9)
-  T ux, uy;        // unit vector from the trail car's front pin to the lead car's rear pin: (cos beta, sin beta)
-  T axial;         // F, buff positive [N]
-  T lateral;       // E [N] (eq. 14)
-  T moment_lead;   // m on the lead car [N m]
-  T moment_trail;  // m on the trail car [N m]
-  T force_x;       // force on the lead car's rear pin [N]; the trail car's front pin feels the opposite
+  T gap;           ///< G, pin to pin [m] (eq. 9)
+  T ux, uy;        ///< unit vector from the trail car's front pin to the lead car's rear pin: (cos beta, sin beta)
+  T axial;         ///< F, buff positive [N]
+  T lateral;       ///< E [N] (eq. 14)
+  T moment_lead;   ///< m on the lead car [N m]
+  T moment_trail;  ///< m on the trail car [N m]
+  T force_x;       ///< force on the lead car's rear pin [N]; the trail car's front pin feels the opposite
   T force_y;
 };
 
 /// The same with the swing angles, which the forces need only beyond the limit.
 template <class T>
 struct CouplerState : CouplerLoad<T> {
-  T swing_lead;   // gamma at the lead car's rear pin [rad] (eq. 13)
-  T swing_trail;  // gamma at the trail car's front pin [rad]
+  T swing_lead;   ///< gamma at the lead car's rear pin [rad] (eq. 13)
+  T swing_trail;  ///< gamma at the trail car's front pin [rad]
 };
 
 /// gamma [rad]: angle of the bar (ux, uy) against a car heading (c, s), wrapped to (-pi, pi]; 0 unless `condition`.

@@ -1,6 +1,7 @@
-// Axial force of a coupler with draft gears and damping, and when it breaks. Without them: axial_force of
-// coupler_law.hpp. Draft gears travel about 3.25 in each; knuckles hold 400-650 kip, coupler bodies 700-900 kip (AAR
-// M-211).
+/// \file
+/// Axial force of a coupler with draft gears and damping, and when it breaks. Without them: axial_force of
+/// coupler_law.hpp. Draft gears travel about 3.25 in each; knuckles hold 400-650 kip, coupler bodies 700-900 kip (AAR
+/// M-211).
 #pragma once
 
 #include <algorithm>

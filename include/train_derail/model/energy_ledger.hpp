@@ -1,4 +1,5 @@
-// Where the energy of a train is, and what became of it.
+/// \file
+/// Where the energy of a train is, and what became of it.
 #pragma once
 
 #include <string_view>
@@ -39,25 +40,28 @@ inline constexpr EnergyTerm kEnergyTerms[] = {
      "Kinetic energy of the centres of mass, at stop_time."},
     {"energy_kinetic_rotation", &EnergyLedger::kinetic_rotation, "left in rotation",
      "Kinetic energy of rotation, at stop_time."},
-    {"energy_coupler_axial", &EnergyLedger::coupler_axial, "left in couplers", "Strain energy of draft and buff."},
-    {"energy_coupler_swing", &EnergyLedger::coupler_swing, "left in swing stops", "Strain energy of the swing stops."},
+    {"energy_coupler_axial", &EnergyLedger::coupler_axial, "left in couplers",
+     "Strain energy of couplers in draft and buff, at stop_time."},
+    {"energy_coupler_swing", &EnergyLedger::coupler_swing, "left in swing stops",
+     "Strain energy of the swing stops of couplers, at stop_time."},
     {"work_on_track", &EnergyLedger::work_on_track, "spent on the track",
-     "Taken along the track from cars on it: friction, or brakes and rolling resistance."},
+     "Work that friction, or brakes and rolling resistance, took from cars on the track, along it."},
     {"work_off_track", &EnergyLedger::work_off_track, "spent off the track",
-     "Taken by the ground from what has left the track."},
+     "Work that the ground took from trucks that have left the track."},
     {"work_rails", &EnergyLedger::work_rails, "spent sideways in the rails",
-     "By damping and yielding of rails, less what their alignment gives."},
+     "Work that rails took from trucks sideways, by damping and yielding, less what their alignment gave."},
     {"work_coupler_damping", &EnergyLedger::work_coupler_damping, "spent by damping of couplers",
-     "By the damping of draft gears."},
+     "Work that the damping of draft gears took."},
     {"work_coupler_break", &EnergyLedger::work_coupler_break, "let go by couplers that broke",
-     "Strain energy of couplers that broke."},
+     "Strain energy that was lost when couplers broke."},
     {"work_impact_normal", &EnergyLedger::work_impact_normal, "spent by crushing in impacts",
-     "Crushing of bodies, and what restitution does not give back."},
+     "Work of crushing bodies in impacts, and what restitution did not give back."},
     {"work_impact_friction", &EnergyLedger::work_impact_friction, "spent by friction in impacts",
-     "Friction of bodies on each other."},
-    {"work_grade", &EnergyLedger::work_grade, "spent uphill", "Lifting, uphill positive."},
+     "Work of friction between bodies in impacts."},
+    {"work_grade", &EnergyLedger::work_grade, "spent uphill",
+     "Work of lifting the train along the grade, uphill positive."},
     {"work_kicks", &EnergyLedger::work_kicks, "given by kicks",
-     "Of the perturbation at the point of derailment; given, hence negative."},
+     "Energy given by the kicks of the perturbation at the point of derailment; given, hence negative."},
 };
 
 inline double EnergyLedger::total() const {

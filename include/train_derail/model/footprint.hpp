@@ -1,4 +1,5 @@
-// Footprints of cars on the ground: oriented rectangles, where they lie by the track, and whether two of them touch.
+/// \file
+/// Footprints of cars on the ground: oriented rectangles, where they lie by the track, and whether two of them touch.
 #pragma once
 
 #include <cmath>
@@ -9,9 +10,9 @@
 namespace train_derail::model {
 
 struct Footprint {
-  Vector2 centre;                  // m
-  Vector2 axis;                    // unit vector, forward
-  double half_length, half_width;  // m
+  Vector2 centre;                  ///< m
+  Vector2 axis;                    ///< unit vector, forward
+  double half_length, half_width;  ///< m
 
   Vector2 side() const { return {-axis.y(), axis.x()}; }
   /// Half the extent along a unit vector.
@@ -22,15 +23,15 @@ struct Footprint {
 
 /// Where a point of a car lies by the track.
 struct TrackPlace {
-  double s;         // arc length of the foot of its perpendicular on the centre line [m]
-  double offset;    // distance from the centre line, left positive [m]
-  Vector2 tangent;  // of the centre line at the foot, unit vector
+  double s;         ///< arc length of the foot of its perpendicular on the centre line [m]
+  double offset;    ///< distance from the centre line, left positive [m]
+  Vector2 tangent;  ///< of the centre line at the foot, unit vector
 };
 
 struct Touch {
-  Vector2 point;   // where the deepest corner (or the middle of an edge) of one lies in the other [m]
-  Vector2 normal;  // unit vector from b to a, along which they overlap least
-  double depth;    // of the overlap, >= 0 [m]
+  Vector2 point;   ///< where the deepest corner (or the middle of an edge) of one lies in the other [m]
+  Vector2 normal;  ///< unit vector from b to a, along which they overlap least
+  double depth;    ///< of the overlap, >= 0 [m]
 };
 
 /// Separating-axis test; nothing if there is a gap.
@@ -38,11 +39,11 @@ std::optional<Touch> touch(const Footprint& a, const Footprint& b);
 
 /// Where two footprints press on each other: one point (a corner in a side) or two (side against side).
 struct Manifold {
-  Vector2 normal;  // unit vector from b to a
-  bool face_of_a;  // the side that is pressed is one of a (of b if not); `normal` is square to it
+  Vector2 normal;  ///< unit vector from b to a
+  bool face_of_a;  ///< the side that is pressed is one of a (of b if not); `normal` is square to it
   int count = 0;
-  Vector2 point[2];  // m
-  double depth[2];   // > 0 [m]
+  Vector2 point[2];  ///< m
+  double depth[2];   ///< > 0 [m]
 };
 
 /// Touch, and the edge of the one clipped by the sides of the face of the other that it presses on; count 0 if there is

@@ -1,4 +1,5 @@
-// Ground force at one truck centre (paper, eqs. 3-5): Coulomb friction mu W / 2 against the truck's velocity.
+/// \file
+/// Ground force at one truck centre (paper, eqs. 3-5): Coulomb friction mu W / 2 against the truck's velocity.
 #pragma once
 
 #include <cmath>
@@ -11,7 +12,7 @@ namespace train_derail::model {
 
 template <class T>
 struct GroundForce {
-  T x, y;  // on the car [N]
+  T x, y;  ///< on the car [N]
 };
 
 /// `load` = mu W / 2 [N]; (u, v): velocity of the truck centre along x and y [m/s]; `v_eps` > 0 [m/s].

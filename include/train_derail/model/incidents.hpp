@@ -1,5 +1,6 @@
-// What happens to a train at one moment, as the extended model notes it down. Cars and couplers are counted from 0
-// here.
+/// \file
+/// What happens to a train at one moment, as the extended model notes it down. Cars and couplers are counted from 0
+/// here.
 #pragma once
 
 #include <array>
@@ -12,28 +13,33 @@ namespace train_derail::model {
 
 /// Why a truck left the rails.
 enum class Cause {
-  none,        // it has not
-  pod,         // passed the point of derailment
-  lateral,     // lateral force over load beyond rails.derail_ratio
-  torn_track,  // came to where another truck had torn up the track
+  none,        ///< it has not
+  pod,         ///< passed the point of derailment
+  lateral,     ///< lateral force over load beyond rails.derail_ratio
+  torn_track,  ///< came to where another truck had torn up the track
 };
 
 inline constexpr std::array<std::string_view, 4> kCauseNames{"none", "pod", "lateral", "torn_track"};
+/// The same in a sentence: "derailed ...".
+inline constexpr std::array<std::string_view, 4> kCauseTexts{"", "at the point of derailment", "by lateral force",
+                                                             "on torn track"};
 inline std::string_view to_string(Cause cause) { return kCauseNames[static_cast<std::size_t>(cause)]; }
 
+/// A truck that leaves the rails.
 struct Derailment {
-  double time;  // s
-  Eigen::Index car;
-  bool front;  // truck
-  Cause cause;
-  double x, y;  // of the truck [m]
+  double time;       ///< s
+  Eigen::Index car;  ///< whose truck it is
+  bool front;        ///< the front truck; false: the rear one
+  Cause cause;       ///< why it left
+  double x, y;       ///< place of the truck [m]
 };
 
+/// A coupler that breaks.
 struct BrokenCoupler {
-  double time;  // s
-  Eigen::Index coupler;
-  enum class By { draft, swing, moment } by;
-  double axial_force;  // at which it broke, buff positive [N]
+  double time;                                ///< s
+  Eigen::Index coupler;                       ///< between cars `coupler` and `coupler + 1`
+  enum class By { draft, swing, moment } by;  ///< the limit that was reached first
+  double axial_force;                         ///< axial force at which it broke, buff positive [N]
 };
 
 inline constexpr std::array<std::string_view, 3> kBrokenByNames{"draft", "swing", "moment"};
@@ -47,33 +53,35 @@ inline std::string_view to_string(Face face) { return kFaceNames[static_cast<std
 
 /// Two bodies that come to touch. Touches of the same two cars less than 0.25 s apart are one impact.
 struct Impact {
-  double time;                // of the first touch [s]
-  double end;                 // of the last one so far [s]
-  Eigen::Index car_a, car_b;  // a < b
-  Face face_a, face_b;        // at the first touch
-  double along_a, along_b;    // place on the car, from its centre forward [m]
-  double x, y;                // where [m]
-  double closing_speed;       // relative velocity of the two bodies there: its magnitude [m/s]
-  double closing_normal;      // ... and what of it closes the gap [m/s]
-  double impulse;             // of the normal force [N s]
-  double peak_force;          // normal [N]
+  double time;                  ///< when they first touched [s]
+  double end;                   ///< when they last touched so far [s]
+  Eigen::Index car_a, car_b;    ///< the two cars, car_a < car_b
+  Face face_a, face_b;          ///< which side of either car was hit, at the first touch
+  double along_a, along_b;      ///< where on either car: from its centre forward [m]
+  double x, y;                  ///< point of the first touch, world frame [m]
+  double closing_speed;         ///< magnitude of the relative velocity of the two bodies there [m/s]
+  double closing_speed_normal;  ///< the part of it that closes the gap [m/s]
+  double impulse;               ///< of the normal force, so far [N s]
+  double peak_force;            ///< largest normal force so far [N]
 };
 
+/// Largest force of any coupler.
 struct Peak {
-  double force = 0.0;  // N
-  Eigen::Index coupler = -1;
-  double time = 0.0;  // s
+  double force = 0.0;         ///< magnitude [N]
+  Eigen::Index coupler = -1;  ///< between cars `coupler` and `coupler + 1`; -1: none yet
+  double time = 0.0;          ///< s
 };
 
+/// All that has happened so far, each list in the order of time.
 struct Incidents {
-  std::vector<Derailment> derailments;  // in the order of time, like the others
-  std::vector<BrokenCoupler> broken;
-  std::vector<Impact> impacts;
-  Peak buff, draft;               // of the couplers
-  double blockage_impulse = 0.0;  // of the buff force on the foremost car that still stands on the rails behind [N s]
-  double blockage_peak = 0.0;     // N
-  double blockage_time = 0.0;     // for which it was felt [s]
-  double overlap_max = 0.0;       // deepest overlap of two footprints beyond what was crushed [m]
+  std::vector<Derailment> derailments;  ///< trucks that left the rails
+  std::vector<BrokenCoupler> broken;    ///< couplers that broke
+  std::vector<Impact> impacts;          ///< bodies that touched
+  Peak buff, draft;                     ///< largest compression and tension of any coupler
+  double blockage_impulse = 0.0;  ///< of the buff force on the foremost car that still stands on the rails behind [N s]
+  double blockage_peak = 0.0;     ///< largest such force [N]
+  double blockage_time = 0.0;     ///< how long it was felt [s]
+  double overlap_max = 0.0;       ///< deepest overlap of two footprints beyond what was crushed [m]
 };
 
 }  // namespace train_derail::model

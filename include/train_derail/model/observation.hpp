@@ -1,5 +1,6 @@
-// What can be seen of a train at one moment, whatever model moves it. Everybody outside of model/ reads this and
-// nothing of a state's layout. Models of the plane leave heights, vertical forces, roll and pitch at zero.
+/// \file
+/// What can be seen of a train at one moment, whatever model moves it. Everybody outside of model/ reads this and
+/// nothing of a state's layout. Models of the plane leave heights, vertical forces, roll and pitch at zero.
 #pragma once
 
 #include <vector>

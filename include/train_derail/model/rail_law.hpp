@@ -1,6 +1,7 @@
-// Lateral force of the rails on a truck, and when it leaves them: a spring and a dashpot towards the alignment, and a
-// limit of lateral over vertical load (L/V). AAR thresholds 1.0 (new cars) and 0.82 (wheel climb in curves); Nadal's
-// formula gives 0.8-1.6.
+/// \file
+/// Lateral force of the rails on a truck, and when it leaves them: a spring and a dashpot towards the alignment, and a
+/// limit of lateral over vertical load (L/V). AAR thresholds 1.0 (new cars) and 0.82 (wheel climb in curves); Nadal's
+/// formula gives 0.8-1.6.
 #pragma once
 
 #include <cmath>

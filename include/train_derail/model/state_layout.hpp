@@ -1,4 +1,5 @@
-// Order of the state vector: structure of arrays, so that one coordinate of all cars lies side by side.
+/// \file
+/// Order of the state vector: structure of arrays, so that one coordinate of all cars lies side by side.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
-// How long a step of fixed length may be before the motion blows up, from masses, stiffnesses and damping alone: known
-// before the run.
+/// \file
+/// How long a step of fixed length may be before the motion blows up, from masses, stiffnesses and damping alone: known
+/// before the run.
 #pragma once
 
 #include <string>

@@ -1,5 +1,6 @@
-// Centre line of the track, its lateral alignment, and where it has been torn up. Straight along +x through the origin
-// unless the scenario has curves; x = 0 is the point of derailment and arc length s grows in the direction of travel.
+/// \file
+/// Centre line of the track, its lateral alignment, and where it has been torn up. Straight along +x through the origin
+/// unless the scenario has curves; x = 0 is the point of derailment and arc length s grows in the direction of travel.
 #pragma once
 
 #include <algorithm>
@@ -35,8 +36,8 @@ class Track {
   bool straight() const { return nodes_.empty(); }
 
   struct Node {
-    Vector2 point;    // m
-    Vector2 tangent;  // unit vector
+    Vector2 point;    ///< m
+    Vector2 tangent;  ///< unit vector
   };
   /// Centre line at s.
   Node at(double s) const;

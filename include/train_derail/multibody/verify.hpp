@@ -1,4 +1,5 @@
-// The purpose-built model against the multibody engine, with a verdict: docs/verification.md.
+/// \file
+/// Verification: compares the purpose-built model with the multibody engine and gives a verdict (docs/verification.md).
 #pragma once
 
 #include <atomic>
@@ -13,106 +14,120 @@
 
 namespace train_derail::multibody {
 
-/// What "agrees" means; all of it is printed with the verdict.
+/// Limits within which the two engines agree. They are printed with the verdict.
 struct Criteria {
-  double early = 0.3;            // the first seconds, in which the motion is not chaotic yet [s]
-  double position = 1e-3;        // there: largest difference of a car's position [m]
-  double force = 0.01;           // there: of a coupler's force, as part of the largest force so far
-  double force_least = 1e3;      // ... or of this force, if there has been none as large [N]
-  double short_position = 1e-2;  // trains of 1, 2 and 3 cars: at any time of the run [m]
-  double short_relative = 0.01;  // ... of closing speed, relative speed, peak force, stop time
-  double alpha = 0.01;  // probability that ensembles of the same distribution are told apart: of all tests together
-  double power = 0.8;   // the detectable difference is found with this probability
-  int runs_least = 8;   // fewer runs an engine are reported, not judged
+  double early = 0.3;            ///< first part of the run, in which the motion is not chaotic yet [s]
+  double position = 1e-3;        ///< in that part: largest difference of a car's position [m]
+  double force = 0.01;           ///< in that part: largest difference of a coupler force over the largest force so far
+  double force_least = 1e3;      ///< the force that it is divided by is at least this [N]
+  double short_position = 1e-2;  ///< trains of 1, 2 and 3 cars: largest difference of position in the whole run [m]
+  double short_relative =
+      0.01;             ///< the same: relative difference of closing speed, relative speed, peak force, stop time
+  double alpha = 0.01;  ///< ensembles: level of all tests together, the probability of a false alarm
+  double power = 0.8;   ///< probability with which the detectable difference is found
+  int runs_least = 8;   ///< with fewer runs of an engine there is no verdict
 };
 
+/// Options of a verification.
 struct VerifyOptions {
-  int runs = 40;            // of either engine in the ensemble
-  int jobs = 0;             // threads of the ensembles; 0: one a core
-  double accuracy = 1e-11;  // of the two runs that are compared point by point, and of the short trains
-  double follow = 8.0;      // how long those two runs are followed [s]
-  double spacing = 3e-3;    // of the ensembles' initial.perturbation [m]
-  double yaw_rate = 1e-3;   // ... [-]
-  Criteria criteria;
-  Fault fault = Fault::none;  // of the multibody engine; for tests
+  int runs = 40;              ///< runs of each engine in the ensemble
+  int jobs = 0;               ///< threads for the ensembles; 0: one for each core
+  double accuracy = 1e-11;    ///< tolerance, relative and absolute, of the runs that are compared at each time
+  double follow = 8.0;        ///< simulated time for which the whole train is compared at each time [s]
+  double spacing = 3e-3;      ///< initial.perturbation.spacing of the ensembles [m]
+  double yaw_rate = 1e-3;     ///< initial.perturbation.yaw_rate of the ensembles [-]
+  Criteria criteria;          ///< limits
+  Fault fault = Fault::none;  ///< mistake in the multibody engine; for tests
 };
 
+/// Result of a comparison.
 enum class Verdict { agrees, differs, not_judged };
+/// Returns the name of a verdict.
 const char* to_string(Verdict verdict);
 
-/// Largest difference between the two engines at one time.
+/// Largest differences between the two engines at one time.
 struct Difference {
-  double time;        // s
-  double position;    // of a car's centre [m]
-  double heading;     // rad
-  double force;       // of a coupler's force, axial and lateral [N]
-  double force_peak;  // the largest that any coupler has had in the purpose-built model so far [N]
+  double time;        ///< simulated time [s]
+  double position;    ///< distance of a car's centres of mass [m]
+  double heading;     ///< difference of a car's headings [rad]
+  double force;       ///< difference of a coupler's force, axial or lateral [N]
+  double force_peak;  ///< largest force of any coupler so far, in the purpose-built model [N]
 };
 
-/// One train, followed by both engines from the same start at tight tolerance.
+/// One train, computed by both engines from the same start at a tight tolerance.
 struct PairOfRuns {
-  int cars = 0;
-  std::vector<Difference> differences;
-  Difference worst{};        // largest of each over the time that is judged; `time`: how long that is
-  double force_share = 0.0;  // largest force difference there as a part of the largest force so far
-  double relative = 0.0;     // whole runs: largest relative difference of the speeds, the peak force, the stop time
-  bool counts_equal = true;  // whole runs: cars past the point of derailment and off the track
-  outcome::Outcome purpose_built, multibody;
-  Verdict verdict = Verdict::not_judged;
-  std::string failed;  // which engine could not go on, and why
+  int cars = 0;                         ///< cars of the train
+  std::vector<Difference> differences;  ///< in the order of time
+  Difference worst{};        ///< largest of each over the judged part of the run; `time` is the length of that part
+  double force_share = 0.0;  ///< largest difference of a force in that part, over the largest force so far [-]
+  double relative = 0.0;     ///< whole runs: largest relative difference of speeds, peak force and stop time [-]
+  bool counts_equal = true;  ///< whole runs: same counts of cars past the point of derailment and off the track
+  outcome::Outcome purpose_built,         ///< outcome of the purpose-built model
+      multibody;                          ///< outcome of the multibody engine
+  Verdict verdict = Verdict::not_judged;  ///< whether they agree
+  std::string failed;                     ///< which engine failed, and why; empty if none did
 };
 
-/// One quantity of outcome::quantities() in both ensembles.
+/// One quantity (outcome::quantities()) in the ensembles of both engines. Numbers are in its SI unit.
 struct QuantityComparison {
-  std::string name;
-  std::vector<double> purpose_built, multibody;
-  TwoSample test;
-  double p_distance = 1.0, p_precedence = 1.0;  // Holm's
-  MeanDifference mean;                          // multibody - purpose-built, 95 %
-  double detectable = 0.0;                      // shift of the mean that would have been found; same unit
+  std::string name;                   ///< name of the quantity
+  std::vector<double> purpose_built,  ///< values of the purpose-built model
+      multibody;                      ///< values of the multibody engine
+  TwoSample test;                     ///< tests of the two samples
+  double p_distance = 1.0,            ///< p-value of the distance after Holm's correction
+      p_precedence = 1.0;             ///< p-value of the precedence after Holm's correction
+  MeanDifference mean;                ///< multibody - purpose-built, with its 95 % interval
+  double detectable = 0.0;            ///< shift of the mean that would have been found
 };
 
+/// The ensembles of both engines.
 struct Ensemble {
-  int runs = 0;    // of either engine
-  int failed = 0;  // of both; any makes the verdict fail
-  std::vector<QuantityComparison> quantities;
-  Verdict verdict = Verdict::not_judged;
+  int runs = 0;    ///< runs of each engine
+  int failed = 0;  ///< failed runs of both engines; with any the verdict is Verdict::differs
+  std::vector<QuantityComparison> quantities;  ///< all quantities
+  Verdict verdict = Verdict::not_judged;       ///< whether the ensembles agree
 };
 
+/// The whole verification.
 struct Verification {
-  inputs::Scenario scenario;
-  VerifyOptions options;
-  PairOfRuns early;                           // the whole train; judged over criteria.early
-  std::vector<PairOfRuns> short_trains;       // the first 1, 2, 3 cars; judged over the whole run
-  outcome::Outcome purpose_built, multibody;  // one run of each at the scenario's own tolerance: reported
-  double purpose_built_seconds = 0.0, multibody_seconds = 0.0;  // processor time of these two
-  Ensemble ensemble;
+  inputs::Scenario scenario;             ///< scenario that was verified
+  VerifyOptions options;                 ///< options
+  PairOfRuns early;                      ///< the whole train, judged over criteria.early
+  std::vector<PairOfRuns> short_trains;  ///< the first 1, 2 and 3 cars, judged over the whole run
+  outcome::Outcome purpose_built,        ///< run of the purpose-built model at the scenario's own tolerance, not judged
+      multibody;                         ///< the same run of the multibody engine
+  double purpose_built_seconds = 0.0,    ///< processor time of the former [s]
+      multibody_seconds = 0.0;           ///< processor time of the latter [s]
+  Ensemble ensemble;                     ///< comparison of ensembles
 
-  /// Differs if any part does. A part that is not judged decides nothing; the table says which.
+  /// Verdict::differs if any part differs. Parts without a verdict have no influence; the table names them.
   Verdict verdict() const;
 };
 
-/// `on_progress(done, what)` with done in [0, 1], from any thread, one call at a time.
-/// Once `stop` is set it returns soon, and what it returns is of no use.
-/// Throws inputs::InputError, also if the run may not last as long as criteria.early, and std::runtime_error if this
-/// build has no engine.
+/// Verifies a scenario.
+/// \param on_progress  called as on_progress(done, what) with done in [0, 1], from any thread, one call at a time.
+/// \param stop         once it is set, verify() returns soon; the result must not be used then.
+/// Throws inputs::InputError if the scenario cannot be verified, also if stop.time_max is less than criteria.early;
+/// throws std::runtime_error if this build has no engine.
 Verification verify(const inputs::Scenario& scenario, const VerifyOptions& options,
                     const std::function<void(double, const std::string&)>& on_progress,
                     const std::atomic<bool>* stop = nullptr);
 
-/// Both engines from the same start, point by point, for `follow` seconds at most; the first `judged` seconds count.
+/// Computes one train by both engines and compares them at each time, for at most `follow` seconds. The first `judged`
+/// seconds decide the verdict.
 PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options, double follow, double judged,
                   const std::atomic<bool>* stop = nullptr);
 
-/// The two ensembles.
+/// Computes the ensembles of both engines and compares them.
 Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions& options,
                            const std::function<void(double, const std::string&)>& on_progress,
                            const std::atomic<bool>* stop = nullptr);
 
+/// Returns the result as a table for people.
 std::string to_table(const Verification& v);
-/// SI units; the samples of the ensembles included.
+/// Returns the result as JSON in SI units, with the samples of the ensembles.
 std::string to_json(const Verification& v);
-/// Differences over time, one row a train and time.
+/// Returns the differences over time as CSV: one row for each train and time.
 std::string differences_csv(const Verification& v);
 
 }  // namespace train_derail::multibody

@@ -1,5 +1,6 @@
-// Watches a run and keeps what the outcome needs. Peaks are looked for in every step, the rest on a fixed grid of
-// samples.
+/// \file
+/// Watches a run and keeps what the outcome needs. Peaks are looked for in every step, the rest on a fixed grid of
+/// samples.
 #pragma once
 
 #include <utility>
@@ -14,32 +15,35 @@ namespace train_derail::outcome {
 struct Loops;
 struct MonitoredCars;
 
+/// One object a run. It sees states only through the model's observations.
 class Monitor {
  public:
-  /// `model` must outlive the monitor; (t, y) is where the run starts.
+  /// `model` must outlive the monitor; the run starts at time t [s] in state y.
   Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rules, double t, const model::StateVector& y);
 
-  /// One accepted step from where the last one ended to (t, y), once the run has reached t.
+  /// Must be called for each accepted step, which has led to state y at time t [s], once the run has reached t.
   void step(double t, const double* y);
-  /// Peaks of every coupler, below, are looked for anew.
+  /// From now on buff_peak() and draft_peak() look for new peaks.
   void forget_peaks();
-  /// Largest forces of coupler `i` since forget_peaks(), up to (t, y), where its axial force is `now`; magnitudes.
+  /// Largest compression and tension of coupler `i` since forget_peaks(), up to time t [s], when its axial force is
+  /// `now`, buff positive [N]. Both are magnitudes.
   PeakForce buff_peak(Eigen::Index i, double t, double now) const;
   PeakForce draft_peak(Eigen::Index i, double t, double now) const;
 
-  /// One sample; times must rise.
+  /// Must be called for each point of the grid outcome.sample_interval, in the order of time.
   void sample(double t, const double* y);
 
+  /// A truck centre of the car has been sideways by more than outcome.off_track_threshold in any sample.
   bool off_track(Eigen::Index car) const { return astray_[car] > rules_.off_track_threshold; }
   /// First touches so far, in the order of time.
-  const std::vector<Closing>& touches() const { return touches_; }
+  const std::vector<FirstTouch>& touches() const { return touches_; }
   /// Largest speed of any truck centre in the last sample [m/s].
   double truck_speed_max() const { return truck_speed_max_; }
 
   /// Saves or restores all that it has seen.
   void walk(files::Archive& archive);
 
-  /// What is unaccounted for of the energy at the start, as in Outcome.
+  /// The share of the energy at the start that `now` does not account for, as in Outcome::energy_residual.
   double energy_residual(const model::EnergyLedger& now) const;
   /// Counts, peaks, pile-up and energy at (t, y), which may lie beyond the last step; leaves why it ended and the
   /// solver's figures alone.
@@ -71,7 +75,7 @@ class Monitor {
   MonitoredCars columns(const double* y) const;
   void sample_speeds(double t, const double* y);
   void sample_touches(double t, const double* y);
-  void note(const Closing& touch);
+  void note(const FirstTouch& touch);
   PileUp pile_up(const double* y) const;
   void report_peaks(double t, const double* y, Outcome& outcome) const;
   void report_incidents(const model::Incidents& incidents, Outcome& outcome) const;
@@ -93,8 +97,8 @@ class Monitor {
   ArrayX pins_squared_, centres_squared_;  // relative speeds of neighbours, squared, in the last sample [m^2/s^2]
   std::vector<Eigen::Index> by_x_;         // cars in the order of their rearmost reach
   std::vector<std::pair<Eigen::Index, Eigen::Index>> touching_;  // sorted, as of the last sample
-  Closing closing_;
-  std::vector<Closing> touches_;
+  FirstTouch closing_;
+  std::vector<FirstTouch> touches_;
   std::size_t impacts_seen_ = 0;  // of the model's own record
   RelativeSpeed relative_, centres_;
   double truck_speed_max_ = 0.0;

@@ -30,9 +30,9 @@ inline std::string_view to_string(Ended ended) { return kEndedNames[static_cast<
 /// A touch of two cars: their footprints (rectangles, length by width) begin to overlap. Speeds are those of the two
 /// bodies at the point of the touch, in the sample in which the overlap is first seen. Without contact forces bodies
 /// pass through each other; then a pair of cars counts once until their footprints have parted again.
-struct Closing {
+struct FirstTouch {
   double speed = 0.0;         ///< closing speed: magnitude of the relative velocity [m/s]
-  double normal_speed = 0.0;  ///< closing speed normal: the component that closes the gap [m/s]
+  double speed_normal = 0.0;  ///< closing speed normal: the component that closes the gap [m/s]
   int car_a = 0, car_b = 0;   ///< the two cars, car_a < car_b
   double time = 0.0;          ///< simulated time [s]
   double x = 0.0, y = 0.0;    ///< point of the touch, world frame [m]
@@ -71,10 +71,10 @@ inline constexpr double kMainPileCosine = 0.86602540378443865;
 /// Impacts of car bodies with contact forces (contact.law). Those whose closing speed normal is below kImpactSpeedMin
 /// are left out.
 struct Impacts {
-  int count = 0;                    ///< number of impacts
-  double closing_normal_max = 0.0;  ///< largest closing speed normal [m/s]
-  double peak_force = 0.0;          ///< largest normal force [N]
-  double impulse_max = 0.0;         ///< largest impulse of the normal force [N s]
+  int count = 0;                          ///< number of impacts
+  double closing_speed_normal_max = 0.0;  ///< largest closing speed normal [m/s]
+  double peak_force = 0.0;                ///< largest normal force [N]
+  double impulse_max = 0.0;               ///< largest impulse of the normal force [N s]
 };
 /// Least closing speed normal of an impact that is counted, 1 mph [m/s].
 inline constexpr double kImpactSpeedMin = inputs::kMph;
@@ -88,13 +88,13 @@ struct DerailedBy {
 
 /// All that a run yields.
 struct Outcome {
-  int cars = 0;               ///< cars in the train
-  int cars_past_pod = 0;      ///< cars whose centre of mass has reached x >= 0 ("derailed" in the paper's text)
-  int cars_derailed = 0;      ///< cars with a truck off the rails; where rails never yield: cars_past_pod
-  DerailedBy derailed_by;     ///< the derailed cars by cause; rails that yield only
-  int cars_off_track = 0;     ///< cars of which a truck centre was ever farther off than outcome.off_track_threshold
-  Closing closing_speed_max;  ///< the touch with the largest closing speed
-  int touches = 0;            ///< number of touches
+  int cars = 0;                  ///< cars in the train
+  int cars_past_pod = 0;         ///< cars whose centre of mass has reached x >= 0 ("derailed" in the paper's text)
+  int cars_derailed = 0;         ///< cars with a truck off the rails; where rails never yield: cars_past_pod
+  DerailedBy derailed_by;        ///< the derailed cars by cause; rails that yield only
+  int cars_off_track = 0;        ///< cars of which a truck centre was ever farther off than outcome.off_track_threshold
+  FirstTouch closing_speed_max;  ///< the touch with the largest closing speed
+  int touches = 0;               ///< number of touches
   RelativeSpeed relative_speed_max;  ///< of the facing pins of neighbours
   RelativeSpeed centre_speed_max;    ///< of the centres of mass of neighbours
   PeakForce coupler_buff_peak;       ///< largest compression

@@ -1,7 +1,8 @@
-// A bag of what the node says, complete from the first message on because the one who speaks writes it.
+/// \file
+/// Recording of a run into a bag. The sender itself writes it, so it is complete from the first message on.
 #pragma once
 
-#include <map>
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,57 +14,49 @@
 
 namespace train_derail::ros_face {
 
-/// All topics but /clock, which `rosbag play --clock` makes; received at their stamps, latched as the node latches
-/// them. A disk that is full ends the recording, not the run.
+/// Writes every topic but /clock, which `rosbag play --clock` makes. A message is recorded as received at its own
+/// stamp, and its topic is latched as the node latches it. A full disk ends the recording, not the run.
 class BagRecorder : public MessageSink {
  public:
-  /// What happens only once: writes PATH.active, which becomes PATH when it is closed and is locked till then. Nothing
-  /// that exists is written over, PATH or PATH.active: after a kill `rosbag reindex` makes the latter whole. `node`:
-  /// name of the node whose topics these are, e.g. "/train_derail". Throws std::runtime_error that names the file if it
-  /// cannot be opened or is being recorded by another process, files::ExistsError.
+  /// Records something that happens only once. Writes `path`.active, which is locked, and renames it to `path` when it
+  /// is closed. Neither of the two is overwritten if it exists. After a kill `rosbag reindex` repairs the .active file.
+  /// `node` is the full name of the node whose topics these are, such as "/train_derail". Throws files::ExistsError if
+  /// one of the two files exists, and std::runtime_error, which names the file, if it cannot be opened or if another
+  /// process is recording it.
   BagRecorder(std::string path, std::string node);
-  /// What can be had again: whole or not there, a kill leaves nothing. Throws std::runtime_error.
+  /// Records something that can be computed again: the file is whole or not there, and a kill leaves nothing. Throws
+  /// std::runtime_error if `file` is not a regular file or cannot be written.
   BagRecorder(files::OutputFile file, std::string node);
   ~BagRecorder() override { close(); }
-  /// Makes the bag whole. Afterwards error() says whether it is.
+  /// Completes the bag. Afterwards error() says whether that has worked.
   void close();
-  /// Gives up a recording into an OutputFile. Not after close().
+  /// Gives up a recording into an OutputFile; no file is left. Must not be called after close().
   void discard();
-  /// What has gone wrong first, with the file; empty if nothing. Nothing more is written then.
+  /// Returns the first error with the name of the file, or "" if there was none. After an error nothing more is
+  /// written.
   const std::string& error() const { return error_; }
+  /// Returns the name that the bag has when it is complete.
   const std::string& path() const { return path_; }
 
-  void clock(const rosgraph_msgs::Clock& m) override;
-  void tf(const tf2_msgs::TFMessage& m) override;
-  void tf_static(const tf2_msgs::TFMessage& m) override;
-  void cars(const CarStates& m) override;
-  void couplers(const CouplerForces& m) override;
-  void markers(const visualization_msgs::MarkerArray& m) override;
-  void event(const Event& m) override;
-  void inputs(const Inputs& m) override;
-  void impacts(const Impacts& m) override;
-  void outcome(const Outcome& m) override;
-  void run_info(const RunInfo& m) override;
   bool wants_markers() const override { return true; }
 
  private:
   void begin(const std::string& name);
   void fail(const std::string& what);
-  template <class Message>
-  void write(const std::string& topic, const Message& message, const ::ros::Time& stamp, bool latch = true);
-
+  void receive(const AnyMessage& message) override;
   void unlock();
 
   const std::string path_, node_;
   std::optional<files::OutputFile> file_;
-  int lock_ = -1;                     // descriptor of PATH.active, without a file_
-  std::unique_ptr<rosbag::Bag> bag_;  // none once closed
+  int lock_ = -1;                     ///< descriptor of the locked `path`.active; -1 with an OutputFile
+  std::unique_ptr<rosbag::Bag> bag_;  ///< null once closed
   std::string error_;
-  ::ros::Time now_;                                                        // stamp of the last grid point
-  std::map<std::string, boost::shared_ptr<::ros::M_string>> connections_;  // one header object a topic
+  /// Header of each topic in the bag, in the order of Topics. It is made with the first message of the topic.
+  std::array<boost::shared_ptr<::ros::M_string>, kTopicCount> connections_;
 };
 
-/// `bag`: a file, or a folder, in which a new file named by date and time of day is meant.
+/// Returns the absolute name of the bag to be written. If `bag` is a folder, this is a new file in it that is named by
+/// date and time of day.
 std::string bag_path(const std::string& bag);
 
 }  // namespace train_derail::ros_face

@@ -1,5 +1,6 @@
-// What a car looks like: a few dozen triangles and lines in the car's own axes, x forward, y left, z above the rail
-// head, origin between the truck centres.
+/// \file
+/// What a car looks like in RViz: a few dozen triangles and lines in the car's own axes. x points forward, y to the
+/// left, z up from the rail head; the origin is midway between the truck centres. All lengths are in m.
 #pragma once
 
 #include <string>
@@ -13,19 +14,21 @@ namespace train_derail::ros_face {
 
 using Points = std::vector<geometry_msgs::Point>;
 
+/// Points of one car's picture.
 struct CarShape {
-  Points body;   // triangles in the colour of the car's state, counter-clockwise from outside
-  Points dark;   // triangles: trucks, underframe, doors, openings
-  Points edges;  // ends of lines; the first eight are the four sides of the footprint
+  Points body;   ///< triangles in the colour of the car's state; corners counter-clockwise as seen from outside
+  Points dark;   ///< triangles of trucks, underframe, doors and openings
+  Points edges;  ///< pairs of ends of lines; the first eight points are the four sides of the footprint
 };
 
-/// Top of every body [m].
+/// Height of the top of every body above the rail head [m].
 inline constexpr double kRoofHeight = 4.2;
 
-/// By the name of the car's block: tank_car, hopper, boxcar, locomotive; a plain box for any other.
+/// Returns the shape that belongs to the name of the car's block: tank_car, hopper, boxcar or locomotive; a plain box
+/// for any other name.
 CarShape car_shape(const model::Car& car);
 
-/// Corners a, b, c, d counter-clockwise as seen from outside.
+/// Adds two triangles to `points`. The corners a, b, c, d are counter-clockwise as seen from outside.
 void add_quad(Points& points, const geometry_msgs::Point& a, const geometry_msgs::Point& b,
               const geometry_msgs::Point& c, const geometry_msgs::Point& d);
 

@@ -1,3 +1,5 @@
+/// \file
+/// Looks whether /clock has more than one publisher.
 #pragma once
 
 #include <atomic>
@@ -18,17 +20,17 @@ namespace train_derail::ros_face {
 class ClockRivals {
  public:
   ClockRivals();
-  /// Names of all that publish it, if they are more than one; empty as it should be. Asks the master, and may wait for
-  /// it, but only while there is more than one connection. One thread at a time.
+  /// Returns the names of all nodes that publish /clock if there is more than one, else an empty list. Asks the master,
+  /// and may wait for it, but only while there is more than one connection. Only one thread at a time may call it.
   const std::vector<std::string>& look();
 
  private:
-  ::ros::CallbackQueue queue_;  // never served: only the connections count
+  ::ros::CallbackQueue queue_;  ///< never served, as only the connections count
   ::ros::Subscriber subscriber_;
   std::vector<std::string> found_;
 };
 
-/// Looks twice a second, on a thread of its own.
+/// Looks for publishers of /clock twice a second (wall time), on a thread of its own.
 class ClockWatch {
  public:
   ClockWatch();
@@ -36,8 +38,9 @@ class ClockWatch {
   ClockWatch(const ClockWatch&) = delete;
   ClockWatch& operator=(const ClockWatch&) = delete;
 
+  /// Returns what ClockRivals::look() has found last. Any thread may call it.
   std::vector<std::string> rivals() const;
-  /// Changes with every change of rivals().
+  /// Returns a number that changes with every change of rivals().
   std::uint32_t changes() const { return changes_; }
 
  private:
@@ -52,7 +55,7 @@ class ClockWatch {
   std::thread thread_;
 };
 
-/// "time jumps: /clock is published by /a and /b, and one only may".
+/// Returns a sentence for people: "time jumps: /clock is published by /a and /b, and one only may".
 std::string rivals_text(const std::vector<std::string>& rivals);
 
 }  // namespace train_derail::ros_face

@@ -1,4 +1,5 @@
-// How service threads ask the simulation thread for something and wait for the answer.
+/// \file
+/// How threads of services ask the thread of the simulation for something and wait for the answer.
 #pragma once
 
 #include <atomic>
@@ -13,32 +14,37 @@
 
 namespace train_derail::ros_face {
 
+/// Answer to a service call.
 struct Answer {
-  bool success = false;
-  std::string message;
+  bool success = false;  ///< whether what was asked for has been done
+  std::string message;   ///< what has been done, or why it was refused; one sentence
 };
 
+/// Questions that wait for the thread of the simulation, in the order in which they came.
 class CommandQueue {
  public:
-  /// One question under way. Answered once, by the simulation thread; later answers are dropped.
+  /// One question under way. The simulation thread answers it once; later answers are dropped.
   class Ticket;
   using TicketPtr = std::shared_ptr<Ticket>;
-  /// Runs in the simulation thread; answers the ticket at once or keeps it to answer later.
+  /// Runs in the simulation thread. Answers the ticket at once, or keeps it and answers later.
   using Work = std::function<void(const TicketPtr&)>;
 
-  /// `attention`, if there is one, is set when work has waited for a while, until all is done.
+  /// `attention` may be null. Else it is set once work has waited for a while, and reset when all work is done: a long
+  /// step of the simulation looks at it. It must outlive the queue.
   explicit CommandQueue(std::atomic<bool>* attention = nullptr) : attention_(attention) {}
 
-  /// Service threads: blocks until answered. Work that is not begun within `timeout` is withdrawn and never runs, so
-  /// that `work` may refer to the caller's locals.
+  /// For threads of services: hands `work` over and blocks until it is answered. Work that has not begun within
+  /// `timeout` (wall time) is withdrawn and never runs, and the answer says so. So `work` may refer to local variables
+  /// of the caller.
   Answer call(Work work, WallClock::duration timeout);
 
-  /// Simulation thread: returns when there is work, or at `deadline`.
+  /// For the simulation thread: returns when there is work, or at `deadline`.
   void wait_until(WallTime deadline);
-  /// Simulation thread: does all work that waits.
+  /// For the simulation thread: does all work that waits.
   void execute();
+  /// For the simulation thread: answers a ticket and wakes the caller.
   void answer(const TicketPtr& ticket, Answer answer);
-  /// Simulation thread, at its end: no work is accepted any more, what waits is refused.
+  /// For the simulation thread, at its end: refuses what waits, and all later work.
   void close();
 
  private:

@@ -1,3 +1,5 @@
+/// \file
+/// How the node tells of its own health.
 #pragma once
 
 #include <optional>
@@ -12,26 +14,29 @@
 
 namespace train_derail::ros_face {
 
-/// What ~run_info does not say because it depends on the machine.
+/// State of the node that depends on the machine and is therefore not in ~run_info.
 struct Health {
-  std::uint32_t run_id = 0;
-  std::string state;
-  double time = 0.0;                    // simulated [s]
-  double rate = 0.0;                    // wanted; 0: as fast as the integrator goes
-  std::optional<double> achieved_rate;  // since the last report; empty if nothing ran
-  double lost_share = 0.0;              // of the wall time since the last report, given up as it could not be made good
-  double late_max = 0.0;                // latest grid point since the last report [s]
-  std::vector<std::string> clock_publishers;  // if more than one
-  outcome::Outcome outcome;
+  std::uint32_t run_id = 0;  ///< counts the runs of the node from 1
+  std::string state;         ///< "running", "paused", "stepping", "ended" or "failed"
+  double time = 0.0;         ///< simulated time of the run [s]
+  double rate = 0.0;         ///< wanted simulated seconds per wall second [-]; 0: as fast as the integrator goes
+  std::optional<double> achieved_rate;  ///< rate since the last report [-]; empty if nothing ran
+  double lost_share = 0.0;              ///< share of the wall time since the last report that was lost for good [-]
+  double late_max = 0.0;                ///< largest delay of a grid point since the last report, wall [s]
+  std::vector<std::string> clock_publishers;  ///< nodes that publish /clock, if there is more than one
+  outcome::Outcome outcome;                   ///< outcome so far
 };
 
-/// Reports on /diagnostics by the wall clock, as simulated time may stand still. Simulation thread only.
+/// Reports on /diagnostics by the wall clock, as simulated time may stand still. For the simulation thread only.
 class Diagnostics {
  public:
-  /// `period`: wall [s]. `overload_threshold`: share of the wall time lost that is complained about [-].
+  /// Reports every `period` of wall time [s], and warns if the lost share of wall time exceeds `overload_threshold`
+  /// [-].
   Diagnostics(::ros::NodeHandle& private_handle, double period, double overload_threshold);
 
+  /// Returns when the next report is due.
   WallTime due() const { return due_; }
+  /// Publishes `health`. `now` is the wall time, `stamp` the simulated time of the message.
   void report(WallTime now, const ::ros::Time& stamp, const Health& health);
 
  private:

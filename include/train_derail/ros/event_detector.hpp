@@ -1,3 +1,5 @@
+/// \file
+/// Events of a run, found by comparing one point of the output grid with the one before.
 #pragma once
 
 #include <string>
@@ -8,30 +10,33 @@
 
 namespace train_derail::ros_face {
 
-/// One entry of ~events; types as in Event.msg.
+/// One message of ~events before it is made.
 struct Occurrence {
-  int type = 0;
-  double time = 0.0;  // simulated [s]
-  int car = 0, other_car = 0, coupler = 0;
-  double value = 0.0;
-  std::string text;
+  int type = 0;        ///< a constant of Event.msg
+  double time = 0.0;   ///< simulated time [s]
+  int car = 0;         ///< car that it happened to, from 1; 0: none
+  int other_car = 0;   ///< second car of a touch, from 1; 0: none
+  int coupler = 0;     ///< coupler that it happened to, from 1; 0: none
+  double value = 0.0;  ///< its size, SI; Event.msg says what it is for each type
+  std::string text;    ///< one line for people
 };
 
-/// Finds what happened between two points of the output grid. One object a run.
+/// Finds what happened between two points of the output grid. Each run needs an object of its own.
 class EventDetector {
  public:
-  /// A coupler whose force goes over `coupler_force` [N] yields one event, with its peak, when it has fallen to half.
+  /// A coupler whose axial force exceeds `coupler_force` [N], in buff or draft, yields one event with its peak once the
+  /// force has fallen to half of that.
   explicit EventDetector(double coupler_force) : threshold_(coupler_force) {}
 
-  /// `incidents` of the same run, which only grow.
+  /// Returns what has happened since the last call. `incidents` are those of the same run so far; they only grow.
   std::vector<Occurrence> observe(const simulation::Snapshot& now, const outcome::Outcome& outcome,
                                   const model::Incidents& incidents);
 
  private:
   struct Peak {
-    bool over = false;
-    double force = 0.0;  // buff positive [N]
-    double time = 0.0;   // s
+    bool over = false;   ///< whether the force is above the threshold
+    double force = 0.0;  ///< force at the peak, buff positive [N]
+    double time = 0.0;   ///< simulated time of the peak [s]
   };
   void observe_incidents(const simulation::Snapshot& now, const model::Incidents& incidents,
                          std::vector<Occurrence>& found);
@@ -39,7 +44,7 @@ class EventDetector {
 
   double threshold_;
   std::vector<bool> past_pod_, off_track_, derailed_;
-  std::size_t derailments_ = 0, broken_ = 0;  // of the incidents, seen so far
+  std::size_t derailments_ = 0, broken_ = 0;  ///< counts of incidents seen so far
   std::vector<Peak> peaks_;
   int touches_ = 0;
   double fastest_ = -1.0;

@@ -1,4 +1,5 @@
-// Where files may be read and written on behalf of whoever speaks to the node.
+/// \file
+/// Where files may be read and written on behalf of those who speak to the node.
 #pragma once
 
 #include <string>
@@ -6,26 +7,28 @@
 
 namespace train_derail::ros_face {
 
-/// A ROS 1 network has no users: who reaches the master can call everything. So what comes by a topic, a service or a
-/// parameter may name files below a few folders only. Paths are resolved (relative ones, "..", symbolic links) before
-/// they are judged, and a refusal says nothing of what is or is not there.
+/// The folders below which files may be named by a topic, a service or a parameter. A ROS 1 network has no users:
+/// whoever reaches the master can call everything. Paths are resolved (relative ones, "..", symbolic links) before they
+/// are judged, and a refusal does not say whether the file exists.
 class FileBounds {
  public:
-  /// `results`: the one folder below which results and bags are written. `further`: folders that may be read besides
-  /// it.
+  /// `results` is the one folder below which results and bags are written. `further` are folders that may be read too.
   FileBounds(std::string results, std::vector<std::string> further)
       : results_(std::move(results)), further_(std::move(further)) {}
 
-  /// The resolved path of a file or folder to be written, below the results; a relative one starts from there.
-  /// `or_all`: the folder of results itself will do. Throws inputs::InputError.
+  /// Returns the resolved path of a file or folder that is to be written. A relative `path` starts from the folder of
+  /// results. With `or_all` the folder of results itself is allowed. Throws inputs::InputError with `where` and `key`
+  /// if the path is empty, too long, holds control characters, or leads out of the folder of results.
   std::string writable(const std::string& where, const std::string& key, const std::string& path,
                        bool or_all = false) const;
 
-  /// The resolved path of a file to be read. A relative one starts from the first of the folders that has it.
-  /// Throws inputs::InputError.
+  /// Returns the resolved path of a file that is to be read. A relative `path` starts from the first of the folders
+  /// that has it. Throws inputs::InputError as writable() does.
   std::string readable(const std::string& where, const std::string& key, const std::string& path) const;
 
+  /// Returns the folder below which results are written.
   const std::string& results() const { return results_; }
+  /// Returns the folders that may be read besides it.
   const std::vector<std::string>& further() const { return further_; }
 
  private:
@@ -33,7 +36,8 @@ class FileBounds {
   std::vector<std::string> further_;
 };
 
-/// A folder of its own in ROS_HOME; ROS_HOME is ~/.ros if it is not set.
+/// Returns the folder of results unless a parameter names another: train_derail in ROS_HOME, which is ~/.ros if it is
+/// not set.
 std::string default_results_folder();
 
 }  // namespace train_derail::ros_face

@@ -1,4 +1,6 @@
-// Messages are filled from the one description of what comes out, and read by it, field by field of the same name.
+/// \file
+/// Fills messages from the description of outputs (fields::Fields) and reads them back, field by field of the same
+/// name.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +16,7 @@
 
 namespace train_derail::ros_face {
 
-/// Names of a message's fields in their order, constants left out: from its definition.
+/// Returns the names of a message's fields in their order, without constants. They come from its definition.
 template <class Message>
 std::vector<std::string> field_names() {
   std::vector<std::string> names;
@@ -87,7 +89,7 @@ fields::Value value_of(const T& field, const fields::Value& kind) {
 
 }  // namespace detail
 
-/// Sets the fields of `message` that `all` has an entry for; leaves the others alone.
+/// Sets the fields of `message` that `all` has an entry for, and leaves the others alone.
 template <class Message, class Record>
 void fill(Message& message, const fields::Fields<Record>& all, const Record& record) {
   static const auto matched = detail::match<Message>(all);
@@ -96,7 +98,7 @@ void fill(Message& message, const fields::Fields<Record>& all, const Record& rec
   });
 }
 
-/// The record that a message tells of; what follows from others, or is in no field, keeps its default.
+/// Returns the record that a message tells of. Members that are in no field of the message keep their defaults.
 template <class Record, class Message>
 Record read(const Message& message, const fields::Fields<Record>& all) {
   static const auto matched = detail::match<Message>(all);

@@ -1,41 +1,49 @@
-// Where the messages of a run go: topics, a bag, or several of them.
+/// \file
+/// Where the messages of a run go: to topics, into a bag, or both.
 #pragma once
 
-#include <rosgraph_msgs/Clock.h>
-#include <tf2_msgs/TFMessage.h>
-#include <visualization_msgs/MarkerArray.h>
+#include <variant>
 
-#include "train_derail/CarStates.h"
-#include "train_derail/CouplerForces.h"
-#include "train_derail/Event.h"
-#include "train_derail/Impacts.h"
-#include "train_derail/Inputs.h"
-#include "train_derail/Outcome.h"
-#include "train_derail/RunInfo.h"
+#include "train_derail/ros/topics.hpp"
 
 namespace train_derail::ros_face {
 
-/// One function a topic, called in the order in which the messages belong. Stamps never go back.
+namespace detail {
+
+template <class Topics>
+struct AnyMessage;
+template <class... Topic>
+struct AnyMessage<std::tuple<Topic...>> {
+  using Type = std::variant<const typename Topic::Message*...>;
+};
+
+}  // namespace detail
+
+/// A message on its way to its topic. index() is the number of the topic in Topics. It points to an object of the
+/// sender, which must outlive the call.
+using AnyMessage = detail::AnyMessage<Topics>::Type;
+
+/// Receives the messages of a run in their order. Stamps never go back.
 class MessageSink {
  public:
   virtual ~MessageSink() = default;
-  virtual void clock(const rosgraph_msgs::Clock& m) = 0;
-  virtual void tf(const tf2_msgs::TFMessage& m) = 0;
-  virtual void tf_static(const tf2_msgs::TFMessage& m) = 0;
-  virtual void cars(const CarStates& m) = 0;
-  virtual void couplers(const CouplerForces& m) = 0;
-  virtual void markers(const visualization_msgs::MarkerArray& m) = 0;
-  virtual void event(const Event& m) = 0;
-  virtual void inputs(const Inputs& m) = 0;
-  virtual void impacts(const Impacts& m) = 0;
-  virtual void outcome(const Outcome& m) = 0;
-  virtual void run_info(const RunInfo& m) = 0;
 
-  /// Time after the end of a run, and where everything stands: for those who listen, not for a record of the run.
+  /// Sends `message` to `Topic`, one of Topics.
+  template <class Topic>
+  void send(const typename Topic::Message& message) {
+    receive(AnyMessage(std::in_place_index<topic_number<Topic>()>, &message));
+  }
+
+  /// Receives the time after the end of a run, and the frames where everything came to rest. This is for those who
+  /// listen; a record of the run ignores it.
   virtual void idle(const rosgraph_msgs::Clock&, const tf2_msgs::TFMessage&) {}
 
-  /// Markers are costly: they are made only if some sink wants them.
+  /// Returns whether markers are wanted. They are costly, and are made only if some sink wants them.
   virtual bool wants_markers() const = 0;
+
+ protected:
+  /// Does what the sink does with a message.
+  virtual void receive(const AnyMessage& message) = 0;
 };
 
 }  // namespace train_derail::ros_face

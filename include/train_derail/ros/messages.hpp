@@ -1,4 +1,6 @@
-// From the core's values to messages. Nothing is computed here.
+/// \file
+/// Conversion of values of the core to messages. Nothing is computed here. `time` is the simulated time since the start
+/// of the run [s], `run_id` counts the runs of the node from 1.
 #pragma once
 
 #include <cstdint>
@@ -19,21 +21,28 @@
 
 namespace train_derail::ros_face {
 
+/// Message of ~cars.
 CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double time, const std_msgs::Header& header,
                      std::uint32_t run_id);
+/// Message of ~couplers.
 CouplerForces to_message(const std::vector<simulation::CouplerSnapshot>& couplers, double time,
                          const std_msgs::Header& header, std::uint32_t run_id);
+/// Message of ~impacts, with the histogram of normal closing speeds.
 Impacts to_message(const std::vector<model::Impact>& impacts, double time, const std_msgs::Header& header,
                    std::uint32_t run_id);
+/// Message of ~outcome.
 Outcome to_message(const outcome::Outcome& outcome, const std_msgs::Header& header, std::uint32_t run_id);
+/// Message of ~inputs. `cars` are those of `scenario`.
 Inputs to_message(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const std_msgs::Header& header,
                   std::uint32_t run_id);
+/// Message of ~events.
 Event to_message(const Occurrence& occurrence, const std_msgs::Header& header, std::uint32_t run_id);
 
-/// Frame of a point of the ground plane, turned by `yaw` [rad].
+/// Transform from the frame of `header` to `child`: a point (x, y) of the ground plane [m], turned by `yaw` [rad] about
+/// z.
 geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x,
                                                double y, double yaw);
-/// All cars.
+/// Transforms from the frame of `header` to the frames of all cars.
 tf2_msgs::TFMessage to_transforms(const std::vector<simulation::CarSnapshot>& cars, const std_msgs::Header& header,
                                   const Frames& frames);
 

@@ -1,4 +1,5 @@
-// Typed reading of a node's own parameters; errors name node, key, value, allowed range.
+/// \file
+/// Typed reading of a node's own parameters. Errors name node, key, value and allowed range.
 #pragma once
 
 #include <string>
@@ -10,33 +11,37 @@
 
 namespace train_derail::ros_face {
 
-/// With every digit, as YAML writes it.
+/// Returns `value` with all its digits, as YAML writes it.
 std::string number_text(double value);
-/// As a person would have written it; for errors.
+/// Returns `value` as a person would have written it; for errors.
 std::string value_text(const XmlRpc::XmlRpcValue& value);
 
-/// Finds "publish/clock" in a tree of parameters, remembers what was asked for, and complains about the rest.
-/// Everything throws inputs::InputError.
+/// Finds parameters such as "publish/clock" in a tree, remembers which were asked for, and refuses the rest. Every
+/// function throws inputs::InputError if a value has the wrong type or is out of range, and returns `fallback` if none
+/// is set.
 class ParameterReader {
  public:
   /// `tree` must outlive the reader; `where` is the node's name.
   ParameterReader(const XmlRpc::XmlRpcValue& tree, std::string where) : tree_(tree), where_(std::move(where)) {}
 
-  /// In the SI unit `unit`, written bare or with a unit of its own; `range` says low to high in other words.
+  /// Returns a number in the SI unit `unit`, within [low, high]. It may be written bare or with a unit of its own.
+  /// `range` says in words what is allowed; "" means from low to high.
   double number(const std::string& name, const std::string& unit, double fallback, double low, double high,
                 std::string range = "");
+  /// Returns a whole number within [low, high].
   int integer(const std::string& name, int fallback, int low, int high);
+  /// Returns a truth value.
   bool flag(const std::string& name, bool fallback);
-  /// A number where text is expected counts as written (`speed: 20`).
+  /// Returns a text. A number where a text is expected counts as it was written (`speed: 20`).
   std::string text(const std::string& name, const std::string& fallback);
-  /// Part of a tf frame id.
+  /// Returns a part of the name of a tf frame.
   std::string frame(const std::string& name, const std::string& fallback, bool may_be_empty);
-  /// Name of a node or topic, relative or from the root.
+  /// Returns the name of a node or topic, relative or from the root.
   std::string graph_name(const std::string& name, const std::string& fallback);
 
-  /// Nothing if it is not set.
+  /// Returns the parameter, or null if it is not set.
   const XmlRpc::XmlRpcValue* find(const std::string& name);
-  /// Call it when all known parameters have been asked for.
+  /// Throws inputs::InputError if there are parameters that nobody has asked for. To be called last.
   void refuse_unknown() const;
 
  private:

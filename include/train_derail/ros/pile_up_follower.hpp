@@ -1,3 +1,5 @@
+/// \file
+/// A point for the cameras of RViz.
 #pragma once
 
 #include <vector>
@@ -6,12 +8,15 @@
 
 namespace train_derail::ros_face {
 
-/// Point of the ground plane that follows the middle of the cars that have derailed, smoothly, so that a camera can sit
-/// on it. A picture's helper: no result depends on it. One object a run.
+/// A point of the ground plane that follows the middle of the derailed cars smoothly, so that a camera can sit on it.
+/// No result depends on it. Each run needs an object of its own.
 class PileUpFollower {
  public:
+  /// Takes the next point of the output grid.
   void update(const simulation::Snapshot& now);
+  /// Returns the x coordinate in the world frame [m].
   double x() const { return x_; }
+  /// Returns the y coordinate in the world frame [m].
   double y() const { return y_; }
 
  private:

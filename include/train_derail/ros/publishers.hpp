@@ -1,4 +1,8 @@
+/// \file
+/// The topics of the running node.
 #pragma once
+
+#include <array>
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -8,40 +12,24 @@
 
 namespace train_derail::ros_face {
 
-/// All topics of the node, one publisher object each for its whole life: a latched one made anew would forget.
-/// Streams are latched too, so that who joins a paused run sees where it stands. Simulation thread only.
+/// Publishes the topics of a run. Each has one publisher object for the whole life of the node, as a latched one that
+/// is made anew would forget its message. For the simulation thread only.
 class Publishers : public MessageSink {
  public:
+  /// Advertises every topic except those that `parameters` switch off. `private_handle` is that of the node ("~").
   Publishers(::ros::NodeHandle& private_handle, const NodeParameters& parameters);
 
-  void clock(const rosgraph_msgs::Clock& m) override { publish(clock_, m); }
-  void tf(const tf2_msgs::TFMessage& m) override { publish(tf_, m); }
-  void tf_static(const tf2_msgs::TFMessage& m) override { publish(tf_static_, m); }
-  void cars(const CarStates& m) override { publish(cars_, m); }
-  void couplers(const CouplerForces& m) override { publish(couplers_, m); }
-  void markers(const visualization_msgs::MarkerArray& m) override { publish(markers_, m); }
-  void event(const Event& m) override { publish(events_, m); }
-  void inputs(const Inputs& m) override { publish(inputs_, m); }
-  void impacts(const Impacts& m) override { publish(impacts_, m); }
-  void outcome(const Outcome& m) override { publish(outcome_, m); }
-  void run_info(const RunInfo& m) override { publish(run_info_, m); }
-  void idle(const rosgraph_msgs::Clock& m, const tf2_msgs::TFMessage& frames) override {
-    clock(m);
-    tf(frames);
-  }
-  bool wants_markers() const override { return markers_ && markers_.getNumSubscribers() > 0; }
+  void idle(const rosgraph_msgs::Clock& clock, const tf2_msgs::TFMessage& frames) override;
+  bool wants_markers() const override;
 
-  /// Whether anybody listens to what the run yields.
+  /// Returns whether anybody listens to what the run yields; /clock and /tf_static do not count.
   bool has_subscribers() const;
 
  private:
-  /// Topics that the parameters switch off have no publisher.
-  template <class Message>
-  static void publish(const ::ros::Publisher& topic, const Message& message) {
-    if (topic) topic.publish(message);
-  }
+  void receive(const AnyMessage& message) override;
 
-  ::ros::Publisher clock_, tf_, tf_static_, cars_, couplers_, markers_, events_, inputs_, impacts_, outcome_, run_info_;
+  std::array<::ros::Publisher, kTopicCount>
+      publishers_;  ///< in the order of Topics; an empty one for each topic that is off
 };
 
 }  // namespace train_derail::ros_face

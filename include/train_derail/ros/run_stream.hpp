@@ -1,4 +1,5 @@
-// Turns runs into messages, in one order and with one set of stamps, whoever gets them.
+/// \file
+/// Turns runs into messages. Their order and stamps are the same, whoever receives them.
 #pragma once
 
 #include <cstdint>
@@ -16,49 +17,55 @@
 
 namespace train_derail::ros_face {
 
+/// What is in the messages.
 struct StreamOptions {
-  Frames frames;
-  int markers_every = 1;                               // grid points; 0: no markers
-  double event_coupler_force = 1000.0 * inputs::kKip;  // threshold of COUPLER_PEAK events [N]
+  Frames frames;          ///< names of tf frames
+  int markers_every = 1;  ///< grid points from one array of markers to the next; 0: no markers
+  double event_coupler_force = 1000.0 * inputs::kKip;  ///< threshold of COUPLER_PEAK events [N]
 };
 
-/// What ~run_info says that a simulation does not know.
+/// Parts of ~run_info that the simulation does not know.
 struct RunState {
-  std::uint8_t state = RunInfo::RUNNING;      // of RunInfo
-  double rate = 0.0;                          // wanted [-]
-  std::vector<std::string> clock_publishers;  // if more than one
+  std::uint8_t state = RunInfo::RUNNING;      ///< a constant of RunInfo
+  double rate = 0.0;                          ///< wanted simulated seconds per wall second [-]
+  std::vector<std::string> clock_publishers;  ///< nodes that publish /clock, if there is more than one
 };
 
+/// The messages of one run after the other.
 class RunStream {
  public:
-  /// The sinks must outlive the stream.
+  /// Sends to all `sinks`, which must outlive the stream.
   RunStream(const StreamOptions& options, std::vector<MessageSink*> sinks);
 
-  /// The next run begins: its inputs and what holds at time 0.
+  /// Begins the next run: sends its inputs and what holds at time 0.
   void start_run(const simulation::Simulation& simulation, const RunState& state);
-  /// The simulation has reached the next point of its grid: clock, tf, cars, couplers, markers, events, all with one
-  /// stamp; impacts and outcome once a simulated second.
+  /// To be called when the simulation has reached the next point of its output grid. Sends clock, tf, cars, couplers,
+  /// markers and events, all with one stamp, and impacts and outcome once a simulated second.
   void grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
-  /// Last events, markers, impacts, outcome, state.
+  /// Ends the run: sends the last events, markers and impacts, the final outcome, and the state.
   void end_run(const simulation::Simulation& simulation, const outcome::Outcome& outcome, const RunState& state);
 
-  /// After the end: time goes on by `seconds`, and tf with it, so that nobody who follows them stands still. Not in
-  /// bags.
+  /// After the end of a run: lets /clock go on by `seconds`, and tf with it, so that nodes that follow them do not
+  /// stand still. Bags do not have this.
   void idle(double seconds);
 
   /// Sends the markers of the last grid point if they were left out.
   void complete_markers();
+  /// Sends ~run_info; `message` says why the run has ended or failed.
   void run_info(const simulation::Simulation& simulation, const RunState& state, const std::string& message = "");
 
+  /// Returns the number of the run, from 1; 0 before the first.
   std::uint32_t run_id() const { return run_id_; }
+  /// Returns the newest stamp in use.
   const ::ros::Time& now() const { return clock_.now(); }
+  /// Returns the inputs of the run as they were sent.
   const Inputs& inputs() const { return inputs_; }
 
  private:
   std_msgs::Header header() const;
-  template <class Message>
-  void send(void (MessageSink::*topic)(const Message&), const Message& message) const {
-    for (MessageSink* sink : sinks_) (sink->*topic)(message);
+  template <class Topic>
+  void send(const typename Topic::Message& message) const {
+    for (MessageSink* sink : sinks_) sink->send<Topic>(message);
   }
   tf2_msgs::TFMessage moving_frames(const std_msgs::Header& header) const;
   void send_grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
@@ -75,16 +82,16 @@ class RunStream {
   PileUpFollower pile_up_;
   std::optional<MarkerScene> scene_;
   Inputs inputs_;
-  Impacts impacts_;  // as last sent
+  Impacts impacts_;  ///< as last sent
   std::uint32_t run_id_ = 0;
-  std::int64_t grid_points_ = 0;  // of this run
-  bool markers_empty_ = false;    // nothing of this run is shown yet
+  std::int64_t grid_points_ = 0;  ///< grid points of this run so far
+  bool markers_empty_ = false;    ///< whether nothing of this run is shown yet
 
   // Of the last grid point, for complete_markers().
   bool markers_sent_ = false;
   simulation::Snapshot last_;
   outcome::Outcome last_outcome_;
-  std::vector<outcome::Closing> last_touches_;  // recent enough to be shown
+  std::vector<outcome::FirstTouch> last_touches_;  ///< touches that are recent enough to be shown
 };
 
 }  // namespace train_derail::ros_face

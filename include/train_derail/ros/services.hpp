@@ -1,3 +1,5 @@
+/// \file
+/// The services of the node.
 #pragma once
 
 #include <mutex>
@@ -17,11 +19,12 @@
 
 namespace train_derail::ros_face {
 
-/// Hands each call to the simulation thread and waits for its answer; decides nothing. A call that is refused answers
-/// success = false: the transport has worked. Runs on threads and a callback queue of its own, until the loop has
-/// ended.
+/// Offers the services of the node. Hands each call to the simulation thread and waits for its answer; decides nothing.
+/// A call that is refused is answered with success = false, as the transport has worked. Runs on threads and a callback
+/// queue of its own.
 class Services {
  public:
+  /// Offers the services below `private_handle` ("~") until it is destroyed. `loop` must outlive it.
   Services(const ::ros::NodeHandle& private_handle, SimulationLoop& loop);
   ~Services();
 

@@ -1,3 +1,5 @@
+/// \file
+/// Stamps of simulated time.
 #pragma once
 
 #include <algorithm>
@@ -10,24 +12,26 @@
 namespace train_derail::ros_face {
 
 /// The one place where simulated time becomes a stamp. Stamps depend on nothing else, are never 0 and never go back:
-/// each run starts at a whole second after everything stamped before it.
+/// each run starts at a whole second after every stamp before it.
 class SimClock {
  public:
-  /// t: simulated time since the start of the run [s].
+  /// Returns the stamp of the simulated time `t` since the start of the run [s].
   ::ros::Time stamp(double t) const {
     ::ros::Duration since;
     since.fromNSec(static_cast<std::int64_t>(std::llround(t * 1.0e9)));
     return start_ + since;
   }
 
-  /// Stamp of time 0 of the run.
+  /// Returns the stamp of time 0 of the run.
   const ::ros::Time& start() const { return start_; }
-  /// Newest stamp in use.
+  /// Returns the newest stamp in use.
   const ::ros::Time& now() const { return now_; }
+  /// Goes on to the simulated time `t` of the run [s], never back.
   void advance(double t) { now_ = std::max(now_, stamp(t)); }
-  /// Past the end of the run.
+  /// Goes on by `seconds` of time, past the end of the run.
   void advance_by(double seconds) { now_ += ::ros::Duration(seconds); }
 
+  /// Begins a run at the next whole second.
   void start_run() {
     start_ = ::ros::Time(now_.sec + 1, 0);
     now_ = start_;

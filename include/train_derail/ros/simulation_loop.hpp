@@ -1,5 +1,6 @@
-// The one thread that owns the simulation: advances it along the grid of simulated time, paces it, publishes, and does
-// what the services ask for.
+/// \file
+/// The loop of the one thread that owns the simulation. It advances the simulation along its output grid, keeps the
+/// pace, publishes, and does what the services ask for.
 #pragma once
 
 #include <atomic>
@@ -23,65 +24,78 @@
 
 namespace train_derail::ros_face {
 
-/// How the loop and those who end it speak to each other, from any thread.
+/// Flags between the loop and those who end or interrupt it. Any thread may use them.
 struct LoopControl {
-  std::atomic<bool> stop{false};       // end
-  std::atomic<bool> attention{false};  // somebody waits: a long step is to be interrupted
-  std::atomic<bool> saving{false};     // a bag is made whole, which may take longer than a shutdown should
+  std::atomic<bool> stop{false};       ///< the loop is to end
+  std::atomic<bool> attention{false};  ///< somebody waits; a long step is to be interrupted
+  std::atomic<bool> saving{false};     ///< a bag is being completed, which may take longer than a shutdown
 };
 
-/// What a restart is asked to start from.
+/// What a restart is to start from.
 struct RestartRequest {
-  std::string scenario;                           // YAML; empty: see parameters
-  std::optional<XmlRpc::XmlRpcValue> parameters;  // the node's, read anew; empty: the current scenario
-  std::vector<std::string> overrides;             // "key=value"
-  bool start_paused = false;
+  std::string scenario;                           ///< YAML; "": see parameters
+  std::optional<XmlRpc::XmlRpcValue> parameters;  ///< the node's parameters, read anew; empty: the current scenario
+  std::vector<std::string> overrides;             ///< changed inputs, "key=value"
+  bool start_paused = false;                      ///< whether the run waits for ~resume or ~step
 };
 
-/// A run that can begin.
+/// A run that is ready to begin.
 struct NextRun {
-  ScenarioSource source;
-  simulation::Simulation simulation;
-  bool paused = false;
+  ScenarioSource source;              ///< what its scenario was made from
+  simulation::Simulation simulation;  ///< at time 0
+  bool paused = false;                ///< whether it waits
 };
 
-/// Reads and builds what is asked for, from `current` if nothing else is given. Takes as long as the input is large:
-/// not for the simulation's thread. Throws inputs::InputError.
+/// Reads and builds the run that is asked for, starting from `current` if nothing else is given. The time it takes
+/// grows with the input, so the thread of the simulation must not call it. Throws inputs::InputError.
 NextRun prepare(const RestartRequest& request, const ScenarioSource& current);
 
+/// How far a ~step has come.
 struct StepProgress {
-  std::uint32_t ticks = 0;  // done
-  double time = 0.0;        // simulated [s]
+  std::uint32_t ticks = 0;  ///< grid points advanced
+  double time = 0.0;        ///< simulated time of the run [s]
 };
 
+/// Owns the simulation of the node.
 class SimulationLoop {
  public:
-  /// Throws inputs::InputError if the scenario is not valid or the bag cannot be written; nothing is advertised then.
+  /// Builds the first run, opens the bag and advertises the topics. Throws inputs::InputError if the scenario is not
+  /// valid or the bag cannot be written; nothing is advertised then. `control` must outlive the loop.
   SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters, const FileBounds& bounds,
                  const ScenarioSource& source, LoopControl& control);
 
-  /// Until it is to stop, ROS shuts down, or the run has ended and parameters.exit_when_done. Returns the exit code.
+  /// Runs until it is to stop, ROS shuts down, or, with exit_when_done, the run has ended. Returns the exit code of the
+  /// node: 0; 1 if the bag could not be written; 3 if the integration failed.
   int run();
 
+  /// Returns the queue by which other threads ask for what follows.
   CommandQueue& commands() { return commands_; }
 
-  // Commands: only from within work of commands(). Those that can be refused say why.
+  // Commands. Only work of commands() may call them. An answer that refuses says why.
+  /// Lets the run stand where it is.
   Answer pause();
+  /// Lets the run go on.
   Answer resume();
+  /// Sets the wanted simulated seconds per wall second [-]; 0: as fast as the integrator goes.
   Answer set_rate(double rate);
+  /// Drops the current run and begins `next`.
   Answer restart(NextRun next);
+  /// Returns what the current scenario was made from.
   const ScenarioSource& source() const { return source_; }
-  /// Calls `done` when the steps are done, or at once if they are refused.
+  /// Called when the steps of step() are done, or at once if they are refused.
   using StepDone = std::function<void(const Answer&, const StepProgress&)>;
+  /// Advances a paused run by `ticks` points of the grid, or by at least `seconds` of simulated time.
   void step(std::uint32_t ticks, double seconds, StepDone done);
+  /// Returns the inputs of the run as they were sent.
   const Inputs& inputs() const { return stream_.inputs(); }
+  /// Returns the number of the run, from 1.
   std::uint32_t run_id() const { return stream_.run_id(); }
 
  private:
   enum class State { paused, running, ended, failed };
 
   struct Stepping {
-    std::int64_t left;
+    std::int64_t left;  ///< grid points still to be advanced
     StepProgress progress;
     StepDone done;
   };
@@ -118,13 +132,13 @@ class SimulationLoop {
   Pacer pacer_;
   ClockWatch clock_watch_;
   std::uint32_t clock_changes_seen_ = 0;
-  WallTime idle_due_{};  // the next message of /clock after the end of a run
+  WallTime idle_due_{};  ///< when the next message of /clock is due after the end of a run
 
   State state_ = State::paused;
-  std::string exception_;  // of the run; empty if there was none
+  std::string exception_;  ///< what the simulation threw; "" if it did not
   std::optional<Stepping> stepping_;
-  std::int64_t tick_ = 0;  // the grid's point that was published last
-  double late_max_ = 0.0;  // s
+  std::int64_t tick_ = 0;  ///< point of the grid that was published last
+  double late_max_ = 0.0;  ///< largest delay of a grid point since the last report, wall [s]
 };
 
 }  // namespace train_derail::ros_face

@@ -1,3 +1,5 @@
+/// \file
+/// The action ~run_study.
 #pragma once
 
 #include <memory>
@@ -8,10 +10,11 @@
 
 namespace train_derail::ros_face {
 
-/// ~run_study: studies beside the live simulation, one at a time, each in a process of its own. Knows nothing of the
-/// simulation loop. Destruction ends the study under way within a second; its journal is kept.
+/// Serves the action ~run_study: studies beside the live simulation, one at a time, each in a process of its own. It
+/// knows nothing of the simulation loop. Its destruction ends the study under way within a second; the journal is kept.
 class StudyAction {
  public:
+  /// Serves goals below `private_handle` ("~"). Files of goals must lie within `bounds`.
   StudyAction(const ::ros::NodeHandle& private_handle, const FileBounds& bounds);
   ~StudyAction();
 

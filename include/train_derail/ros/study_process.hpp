@@ -1,4 +1,5 @@
-// A study in a process of its own: whatever it takes or does, the live simulation goes on.
+/// \file
+/// A study in a process of its own. Whatever the study takes or does, the live simulation goes on.
 #pragma once
 
 #include <atomic>
@@ -11,20 +12,21 @@
 
 namespace train_derail::ros_face {
 
-/// First argument of the node's own program when it is to be such a process.
+/// First argument of the node's program when it is to compute a study instead.
 constexpr const char kStudyWorker[] = "--study-worker";
 
-/// Runs the goal in a process of lower priority and bounded memory, which is the same program again, and returns its
-/// result. It is ended when `stop` is set: asked first, killed soon after; what is done stays on disk. It does not
-/// outlive the calling thread. `feedback` is called from the calling thread. Never throws.
+/// Computes `goal` in a process of lower priority and bounded memory, which is the same program again, and returns its
+/// result. When `stop` is set, the process is asked to end, and is killed soon after; runs that are done stay on disk.
+/// The process does not outlive the calling thread, which also calls `feedback`. Files must lie within `bounds`. Never
+/// throws: the result says what went wrong.
 RunStudyResult run_study_process(const RunStudyGoal& goal, const FileBounds& bounds,
                                  const std::function<void(const RunStudyFeedback&)>& feedback,
                                  const std::atomic<bool>& stop);
 
-/// The whole of such a process; returns its exit code. Knows no master.
+/// Does the work of such a process and returns its exit code. Needs no master.
 int study_worker(int argc, char** argv);
 
-/// Most threads that a goal may ask for, on this machine.
+/// Returns the largest number of threads that a goal may ask for on this machine.
 std::uint32_t study_jobs_max();
 
 }  // namespace train_derail::ros_face

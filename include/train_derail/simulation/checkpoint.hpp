@@ -22,8 +22,8 @@ struct Checkpoint {
 void write_checkpoint(const Checkpoint& checkpoint, const std::string& path,
                       files::Existing existing = files::Existing::refuse);
 
-/// Throws inputs::InputError if the file cannot be read, is no checkpoint, is damaged, or was written by another version
-/// of train_derail (whose arithmetic may differ).
+/// Throws inputs::InputError if the file cannot be read, is no checkpoint, is damaged, or was written by another
+/// version of train_derail (whose arithmetic may differ).
 Checkpoint read_checkpoint(const std::string& path);
 
 }  // namespace train_derail::simulation

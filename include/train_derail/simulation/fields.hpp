@@ -1,4 +1,5 @@
-// What a snapshot holds, described once.
+/// \file
+/// What a snapshot holds, described once.
 #pragma once
 
 #include "train_derail/fields/field.hpp"

@@ -1,4 +1,5 @@
-// One run of one scenario: the same object under the node, the command line and the studies.
+/// \file
+/// One run of one scenario: the same object under the node, the command line and the studies.
 #pragma once
 
 #include <atomic>
@@ -12,13 +13,13 @@
 
 namespace train_derail::simulation {
 
-/// One car, and what of its past counts.
+/// One car at one moment, and what it has been through.
 struct CarSnapshot : model::CarObservation {
   bool off_track = false;  ///< a truck centre has been sideways by more than outcome.off_track_threshold
 };
 
-/// One coupler, and its largest forces, magnitudes, in the steps of the last call of advance() that moved time, found
-/// within steps, up to now.
+/// One coupler at one moment, and its largest forces in the steps of the last call of advance() that moved time. Forces
+/// are magnitudes; they are looked for within steps too.
 struct CouplerSnapshot : model::CouplerObservation {
   double buff_peak = 0.0;        ///< largest compression [N]
   double draft_peak = 0.0;       ///< largest tension [N]
@@ -26,8 +27,9 @@ struct CouplerSnapshot : model::CouplerObservation {
   double draft_peak_time = 0.0;  ///< when [s]
 };
 
+/// The train at one moment.
 struct Snapshot {
-  double time = 0.0;  // s
+  double time = 0.0;  ///< s
   std::vector<CarSnapshot> cars;
   std::vector<CouplerSnapshot> couplers;
 };
@@ -58,20 +60,24 @@ class Simulation {
   /// Runs to the end.
   void run(const std::atomic<bool>* stop = nullptr);
 
+  /// The inputs of this run.
   const inputs::Scenario& scenario() const;
+  /// The cars in the order of the train.
   const std::vector<model::Car>& cars() const;
-  double time() const;  // of snapshot() and state() [s]
+  /// Simulated time of snapshot() and state() [s].
+  double time() const;
+  /// Nothing moves any more, stop.time_max is reached, or the integration has failed; outcome() says which.
   bool ended() const;
-  /// State at time(), for whoever goes on from it; what is in it: snapshot().
+  /// State at time(), to start another run from; snapshot() says what is in it.
   const model::StateVector& state() const;
   Snapshot snapshot() const;
   /// The run as it is now. Throws inputs::InputError unless solver.method is semi_implicit: the history that error
   /// control keeps cannot be saved.
   Checkpoint checkpoint() const;
-  /// So far; final once ended().
+  /// The outcome so far; final once ended().
   outcome::Outcome outcome() const;
   /// First touches of two cars so far, in the order of time; valid until the next call that is not const.
-  const std::vector<outcome::Closing>& touches() const;
+  const std::vector<outcome::FirstTouch>& touches() const;
   /// Trucks that left the rails, broken couplers, impacts so far; empty for the paper's model, which notes nothing
   /// itself.
   const model::Incidents& incidents() const;

@@ -1,4 +1,6 @@
-// Finished runs of a study on disk: one line each, written in one piece when the run is done.
+/// \file
+/// Journals: the finished runs of a study on disk. Each run is one line, which is written at once when the run has
+/// ended.
 #pragma once
 
 #include <cstdint>
@@ -11,62 +13,72 @@
 
 namespace train_derail::study {
 
-/// Part `index` of `count` of a study that is spread over machines; runs are dealt out in turn.
+/// Part `index` of `count` of a study that is spread over machines. The runs are dealt out to the shards in turn.
 struct Shard {
-  int index = 1, count = 1;
+  int index = 1,  ///< from 1 to count
+      count = 1;  ///< number of shards
+  /// Whether the run of this number (from 0) belongs to the shard.
   bool owns(std::int64_t run) const { return run % count == index - 1; }
 };
 
-/// Whose runs a folder holds, and what a row of its journals looks like.
+/// Which study a folder of results belongs to, and what a row of its journals looks like.
 ///
-/// A journal's first line names its columns, the format (2) and the checksum of the study that it belongs to; every
-/// other line ends with a CRC-64 of itself and of that study. A line whose checksum, number of fields, types or place
-/// in the plan are wrong is not believed.
+/// The first line of a journal holds the names of the columns, the number of the format (2) and the checksum of the
+/// study. Every other line ends with a CRC-64 of the study and of the line itself. A line is not used if its checksum,
+/// its number of fields or the type of a field is wrong, or if it does not fit the plan of the study.
 struct JournalFormat {
-  std::string what;                  // "study", "validation"
-  std::string identity;              // what study.json holds
-  std::vector<std::string> columns;  // without the computing time; the first: the run's number
-  /// What is wrong with a row of as many fields as there are columns; "" if it belongs to the plan.
+  std::string what;                  ///< kind of work in words: "study", "validation"
+  std::string identity;              ///< description of the study, the content of study.json
+  std::vector<std::string> columns;  ///< columns without the computing time; the first is the number of the run
+  /// Returns what is wrong with a row, or "" if it fits the plan. The row must have one field for each column.
   std::function<std::string(const std::vector<std::string>&)> flaw;
 };
-/// Of a study: the run, its place in the plan, its outcome. Inputs are not in it, the plan has them.
+/// Returns the format of a study's journal. A row holds the run, its place in the plan and its outcome, but not its
+/// inputs, since they follow from the plan.
 JournalFormat journal_format(const Study& study);
 
-/// What is wrong with fields that ought to be a number (whole and not below 0; any), or how a run ended.
+/// Returns what is wrong with a field that must be a whole number of at least 0; "" if nothing is.
 std::string flaw_of_count(const std::string& column, const std::string& text);
+/// Returns what is wrong with a field that must be a number; "" if nothing is.
 std::string flaw_of_number(const std::string& column, const std::string& text);
+/// Returns what is wrong with a field that must say how a run ended (outcome::Ended); "" if nothing is.
 std::string flaw_of_ended(const std::string& text);
 
-/// A folder of results belongs to one study: `study.json` in it says which. Creates both.
-/// Throws std::runtime_error: it holds another study (the message names what differs), results of others, or cannot be
-/// written; inputs::InputError: study.json cannot be read.
+/// Makes a folder the results folder of one study, which `study.json` in it describes. Creates both if they are
+/// missing. Throws std::runtime_error if the folder belongs to another study (the message says what differs), holds
+/// other results or cannot be written; throws inputs::InputError if study.json cannot be read.
 void claim_folder(const std::string& folder, const std::string& identity);
-/// The same, but creates nothing: a folder that is none of this study's results is an inputs::InputError.
+/// Checks the same without creating anything. Throws inputs::InputError if the folder does not hold results of this
+/// study.
 void check_folder(const std::string& folder, const std::string& identity);
 
-/// A row of a journal that has been found good.
+/// A row of a journal that has passed all checks.
 struct JournalRow {
-  std::int64_t run = 0;
-  std::vector<std::string> fields;  // as JournalFormat::columns
+  std::int64_t run = 0;             ///< number of the run, from 0
+  std::vector<std::string> fields;  ///< one for each of JournalFormat::columns
 };
 
-/// While it lives, the shard's journal belongs to this object.
+/// The journal of one shard, locked against other processes as long as this object lives.
 class Journal {
  public:
-  /// Opens or creates the shard's journal. Calls use() for every good row of all journals in the folder. Lines that are
-  /// not good are taken out of the journals; a torn last line (the process was killed) is cut off in silence. Throws
-  /// std::runtime_error: another process computes this shard, or there are runs and `resume` is not set;
-  /// inputs::InputError: a journal of another study or format, two rows of one run that differ.
+  /// Opens or creates the journal of the shard, and reads all journals in the folder.
+  /// \param resume  whether the folder may already hold finished runs.
+  /// \param use     called for each good row of all journals.
+  /// Bad lines are removed from the journals; see problems(). An incomplete last line, which a killed process leaves,
+  /// is removed without a report. Throws std::runtime_error if another process computes this shard, or if there are
+  /// finished runs and `resume` is false; throws inputs::InputError if a journal belongs to another study or format, or
+  /// if two rows of one run differ.
   Journal(const std::string& folder, const JournalFormat& format, const Shard& shard, bool resume,
           const std::function<void(const JournalRow&)>& use);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Lines that were not good, "file:line: what is wrong".
+  /// Bad lines that were found, as "file:line: what is wrong".
   const std::vector<std::string>& problems() const { return problems_; }
 
-  /// Throws std::runtime_error if the line cannot be written whole; the journal then stays as it was.
+  /// Adds a finished run; `wall_time` is its computing time [s]. Throws std::runtime_error if the line cannot be
+  /// written; the journal is then unchanged.
   void append(const std::vector<std::string>& fields, double wall_time);
 
  private:
@@ -75,22 +87,26 @@ class Journal {
   std::vector<std::string> problems_;
 };
 
-/// The fields of a run in a study's journal.
+/// Returns the fields of a run for the journal of a study, see journal_format().
 std::vector<std::string> journal_fields(const Run& run, const outcome::Outcome& outcome);
 
-/// Puts the journals of all shards in a folder into `runs.csv`, sorted by run, with the inputs of each; returns how
-/// many runs it holds. It is always whole. Throws inputs::InputError, std::runtime_error, Stopped.
+/// Writes `runs.csv` from the journals of all shards in a folder: one row for each run, sorted by run, with its inputs.
+/// Returns the number of runs. The file is replaced only when the new one is complete. Throws inputs::InputError if a
+/// journal cannot be used, std::runtime_error if the file cannot be written, and Stopped.
 std::int64_t write_runs(const std::string& folder, const Study& study, const std::atomic<bool>* stop = nullptr);
 
+/// What gather() has done.
 struct Gathered {
-  std::int64_t runs = 0, total = 0;  // in the folder now; of the study
-  std::int64_t added = 0;
-  std::vector<std::string> problems;  // lines that were not good, "file:line: what is wrong"
-  std::string missing;                // shards and runs that are not there; "" if none
+  std::int64_t runs = 0,              ///< runs that the folder holds now
+      total = 0;                      ///< runs of the whole study
+  std::int64_t added = 0;             ///< runs that were added
+  std::vector<std::string> problems;  ///< bad lines that were left out, "file:line: what is wrong"
+  std::string missing;                ///< shards and runs that are still missing; "" if none
 };
-/// Adds to `folder` the runs that it lacks and the others have; nothing is taken away or replaced. After a kill it
-/// holds what it held, or all. Throws inputs::InputError: a folder is missing or of another study, or two rows of one
-/// run differ (both are named); std::runtime_error: a study is being computed in `folder`, or it cannot be written.
+/// Adds to `folder` the runs that it lacks and the folders `others` have. Nothing is removed or replaced. If the
+/// process is killed, either all runs have been added or none. Throws inputs::InputError if a folder is missing or
+/// belongs to another study, or if two rows of one run differ (the message names both); throws std::runtime_error if a
+/// study is being computed in `folder`, or if it cannot be written.
 Gathered gather(const std::string& folder, const std::vector<std::string>& others, const Study& study);
 
 }  // namespace train_derail::study

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "train_derail/simulation/progress.hpp"
 #include "train_derail/study/journal.hpp"
 #include "train_derail/study/study.hpp"
 
@@ -19,12 +20,7 @@ struct RunOptions {
   Shard shard;
 };
 
-struct Progress {
-  std::int64_t done = 0, total = 0;  // of this shard, runs of earlier calls included
-  std::int64_t failed = 0;           // by this call
-  double rate = 0.0;                 // runs a second, of this call
-  std::string message;               // why the last run that failed did
-};
+using simulation::Progress;
 
 struct RunReport {
   std::int64_t runs = 0;              // of this shard that are in the journal now

@@ -1,3 +1,5 @@
+/// \file
+/// Statistics of samples: quantiles, prediction intervals, Sobol indices.
 #pragma once
 
 #include <atomic>
@@ -6,45 +8,61 @@
 
 namespace train_derail::study {
 
-/// Of a sample; NaN where it is too small.
+/// Mean, standard deviation and quantiles of a sample. NaN where the sample is too small.
 struct Spread {
-  std::size_t count = 0;
-  double mean = 0.0, sd = 0.0;
-  double q05 = 0.0, q25 = 0.0, median = 0.0, q75 = 0.0, q95 = 0.0;
+  std::size_t count = 0;  ///< size of the sample
+  double mean = 0.0,      ///< mean
+      sd = 0.0;           ///< standard deviation, with n - 1
+  double q05 = 0.0,       ///< 5 % quantile
+      q25 = 0.0,          ///< 25 % quantile
+      median = 0.0,       ///< 50 % quantile
+      q75 = 0.0,          ///< 75 % quantile
+      q95 = 0.0;          ///< 95 % quantile
 };
 
-/// Quantile by linear interpolation of the order statistics (Hyndman and Fan's type 7). `sorted` must rise and not be
-/// empty.
+/// Returns the quantile for the share `p` in [0, 1], by linear interpolation between the values (type 7 of Hyndman and
+/// Fan 1996). `sorted` must be in rising order and not empty.
 double quantile(const std::vector<double>& sorted, double p);
+/// Returns the spread of a sample, in any order.
 Spread spread(std::vector<double> sample);
 
-/// Between two members of a sample of n, sorted: the low_rank-th and the high_rank-th.
+/// A prediction interval that reaches from one value of a sorted sample of n to another.
 struct PredictiveRanks {
-  std::size_t low = 0, high = 0;  // from 1
-  double held = 0.0;              // share of the intervals that hold one more draw: (high - low) / (n + 1)
+  std::size_t low = 0,  ///< rank of the lower value, from 1
+      high = 0;         ///< rank of the upper value, from 1
+  double held = 0.0;    ///< probability that one more draw lies in the interval: (high - low) / (n + 1)
 };
-/// One more draw is as likely to fall into any of the n + 1 gaps between and beyond n members drawn with it. So the
-/// interval that is to hold the middle `share` ends at ranks (n + 1) (1 -+ share) / 2, outwards, at most 1 and n: it
-/// holds `share` or more where n is enough (19 for 90 %), else (n - 1) / (n + 1). Quantiles that interpolate lie
-/// further in: they hold less than their name says.
+/// Returns the ranks of the interval that holds one more draw with probability `share`. One more draw falls with equal
+/// probability into each of the n + 1 gaps between and beyond the n sorted values. So the interval ends at the ranks
+/// (n + 1) (1 -+ share) / 2, rounded outwards and limited to 1 and n. It holds `share` or more if n is large enough (19
+/// for 90 %), else (n - 1) / (n + 1). Interpolated quantiles lie further inside and hold less than their name says.
 PredictiveRanks predictive_ranks(std::size_t n, double share);
 
+/// An interval; both ends are NaN if there is no sample.
 struct Interval {
-  double low = 0.0, high = 0.0;  // NaN if there is no sample
+  double low = 0.0,  ///< lower end
+      high = 0.0;    ///< upper end
 };
+/// Returns the prediction interval of a sample for the probability `share`, see predictive_ranks().
 Interval predictive_interval(std::vector<double> sample, double share);
 
+/// Number of bootstrap samples for the intervals of Sobol indices.
 inline constexpr int kBootstraps = 500;
 
-/// Variance-based sensitivity of one output to one input, with 95 % bootstrap intervals.
-/// First order by Saltelli et al. (2010), total by Jansen (1999).
+/// Sensitivity of one output to one input: shares of the output's variance, with 95 % bootstrap intervals. Estimators:
+/// first order by Saltelli et al. (2010), total by Jansen (1999).
 struct SobolIndex {
-  double first = 0.0, first_low = 0.0, first_high = 0.0;
-  double total = 0.0, total_low = 0.0, total_high = 0.0;
+  double first = 0.0,    ///< first-order index: share that is due to the input alone
+      first_low = 0.0,   ///< lower end of its interval
+      first_high = 0.0;  ///< upper end of its interval
+  double total = 0.0,    ///< total index: share in which the input takes part
+      total_low = 0.0,   ///< lower end of its interval
+      total_high = 0.0;  ///< upper end of its interval
 };
 
-/// Throws Stopped (study.hpp). `a`, `b`: outputs at the sample points A and B; `ab[i]`: at A with input i taken from B.
-/// All of equal length.
+/// Returns the indices of all inputs for one output. `a` and `b` are the outputs at the sample points A and B; `ab[i]`
+/// are the outputs at A with input i taken from B. All must have the same length. Throws Stopped (study.hpp) once
+/// `stop` is set.
 std::vector<SobolIndex> sobol_indices(const std::vector<double>& a, const std::vector<double>& b,
                                       const std::vector<std::vector<double>>& ab, int bootstraps = kBootstraps,
                                       const std::atomic<bool>* stop = nullptr);

@@ -1,3 +1,5 @@
+/// \file
+/// Tables that sum up a study or an ensemble.
 #pragma once
 
 #include <atomic>
@@ -10,34 +12,39 @@
 
 namespace train_derail::study {
 
-/// What the runs of a folder have in common.
+/// Totals over all runs of a results folder.
 struct Totals {
-  std::int64_t runs = 0, failed = 0;
-  std::vector<std::string> warnings;  // "3 of 200 runs: energy residual ..."; points whose runs are all the same run
+  std::int64_t runs = 0,              ///< finished runs
+      failed = 0;                     ///< those of them that failed
+  std::vector<std::string> warnings;  ///< "3 of 200 runs: energy residual ...", and points whose runs are all equal
 };
 
-/// From runs.csv of a folder: `summary.csv` (spread of each outcome at each point, or over all points of a random plan)
-/// and, for the plan saltelli, `sobol.csv`. Failed runs are counted, not averaged. Throws inputs::InputError (runs.csv
-/// is not of this study), std::runtime_error, Stopped.
+/// Writes `summary.csv` from the runs.csv of a folder: the spread of each outcome at each point, or over all points of
+/// a random plan. For the plan saltelli also writes `sobol.csv`. Failed runs are counted, but left out of the spread.
+/// Throws inputs::InputError if runs.csv does not belong to this study, std::runtime_error if a file cannot be written,
+/// and Stopped once `stop` is set.
 Totals write_summary(const std::string& folder, const Study& study, const std::atomic<bool>* stop = nullptr);
 
-/// `about.json`: the study, titles and units of the columns of runs.csv, version of the program, machine, runs,
-/// warnings and time, and the checksums (CRC-32) of the tables that lie beside it. Throws std::runtime_error.
+/// Writes `about.json`: the study, titles and units of the columns of runs.csv, version of the program, machine, number
+/// of runs, warnings, computing time `wall_time` [s], and the CRC-32 of each table in the folder. Throws
+/// std::runtime_error if it cannot be written.
 void write_about(const std::string& folder, const Study& study, const Totals& totals, double wall_time);
 
-/// All of these and runs.csv: what a finished study leaves in its folder. Throws as they do.
+/// Writes all tables of a finished study: runs.csv, those of write_summary(), and about.json. Throws as these functions
+/// do.
 Totals write_results(const std::string& folder, const Study& study, double wall_time,
                      const std::atomic<bool>* stop = nullptr);
 
-/// What people read after a study: medians and 5-95 % ranges in mph, kip, ft. Throws as write_summary().
+/// Returns the table that is printed after a study: medians and 5 to 95 % ranges in mph, kip and ft. Throws as
+/// write_summary() does.
 std::string to_table(const std::string& folder, const Study& study);
 
-/// Of an ensemble of one scenario (ensemble_of()), outcomes in the order of runs; those that are still running are left
-/// out. SI beside mph, kip, ft.
+/// Returns the table of an ensemble of one scenario (see ensemble_of()), SI units beside mph, kip and ft. `outcomes`
+/// are in the order of the runs; those with Ended::running are left out.
 std::string ensemble_table(const Study& study, const std::vector<outcome::Outcome>& outcomes);
-/// JSON in SI: runs, failed, warnings, spread of each outcome.
+/// Returns the same as JSON in SI units: runs, failed runs, warnings, spread of each outcome.
 std::string ensemble_json(const Study& study, const std::vector<outcome::Outcome>& outcomes);
-/// A row a run, columns as in runs.csv.
+/// Returns the runs as CSV: one row for each run, with the columns of runs.csv.
 std::string ensemble_csv(const Study& study, const std::vector<outcome::Outcome>& outcomes);
 
 }  // namespace train_derail::study

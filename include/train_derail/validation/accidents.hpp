@@ -1,4 +1,5 @@
-// Real accidents from a table, and the scenario of each.
+/// \file
+/// Reads a table of real accidents and makes a scenario of each.
 #pragma once
 
 #include <optional>
@@ -11,58 +12,64 @@
 
 namespace train_derail::validation {
 
-/// One row. Cars are counted without locomotives; units as in the table.
+/// One real accident, a row of the table. Cars are counted without locomotives. Units are those of the table.
 struct Accident {
-  std::size_t line = 0;  // of the file
-  double speed_mph = 0.0;
-  int n_cars = 0;
-  double tons_per_car = 0.0;  // short tons
-  int head_end_locos = 0, mid_locos = 0, rear_locos = 0;
-  int first_car_position = 0;       // of the first car that derailed, from 1
-  int cars_from_pod_to_rear = 0;    // that car counted
-  int cars_derailed = 0;            // what really happened
-  std::string cause;                // code of the report; empty if the table does not say
-  std::optional<int> empty_cars;    // in the train; none if the table does not say
-  std::vector<std::string> fields;  // the row as it stands
+  std::size_t line = 0;             ///< line of the file, from 1
+  double speed_mph = 0.0;           ///< speed of the train [mph]
+  int n_cars = 0;                   ///< cars in the train
+  double tons_per_car = 0.0;        ///< mean weight of a car [short tons]
+  int head_end_locos = 0,           ///< locomotives at the front
+      mid_locos = 0,                ///< locomotives in the middle of the train
+      rear_locos = 0;               ///< locomotives at the rear
+  int first_car_position = 0;       ///< position of the first car that derailed, from 1
+  int cars_from_pod_to_rear = 0;    ///< cars from that car to the rear, that car included
+  int cars_derailed = 0;            ///< cars that really derailed
+  std::string cause;                ///< code of the cause in the report; empty if the table does not give it
+  std::optional<int> empty_cars;    ///< empty cars in the train; none if the table does not give it
+  std::vector<std::string> fields;  ///< the row as it is in the table
 };
 
-/// A line of the table and what is to be said about it.
+/// A remark about a line of the table.
 struct Remark {
-  std::size_t line = 0;
-  std::string text;
+  std::size_t line = 0;  ///< line of the file, from 1
+  std::string text;      ///< the remark
 };
 
+/// A table of accidents that has been read.
 struct AccidentTable {
-  std::string path;
-  std::vector<std::string> columns;
-  std::vector<Accident> rows;
-  std::vector<Remark> left_out;  ///< rows that cannot be used, and further reports of an accident
-  std::vector<Remark> notes;     ///< rows that are used but had to be interpreted
+  std::string path;                  ///< its file
+  std::vector<std::string> columns;  ///< names of its columns
+  std::vector<Accident> rows;        ///< rows that are used
+  std::vector<Remark> left_out;      ///< rows that cannot be used, and second reports of one accident
+  std::vector<Remark> notes;         ///< rows that are used but had to be interpreted
 };
 
-/// Columns named as in docs/validation.md, in any order, others beside them; or reports as published (form 6180.54), of
-/// which rows with these columns are made. Lines may end with a comma more than there are columns. Several reports of
-/// one accident count once. Throws inputs::InputError about all rows that cannot be used: file, line, column, value,
-/// what is allowed; with `skip_invalid` these rows are left out instead, as long as any is left. A file that is no
-/// table is an InputError too.
+/// Reads a table of accidents (CSV). It either has the columns of docs/validation.md, in any order and with others
+/// beside them, or it holds reports as the FRA publishes them (form 6180.54), which are converted to these columns. A
+/// line may end with one comma too many. Several reports of one accident count once. Throws inputs::InputError if the
+/// file is not a table, or if rows cannot be used; the error gives file, line, column, value and allowed range of each.
+/// With `skip_invalid` such rows are left out instead, as long as some remain.
 AccidentTable read_accidents(const std::string& path, bool skip_invalid = false);
 
-/// What is wrong with some rows, as one error. Does nothing if nothing is.
+/// Throws `errors` as one inputs::InputError; does nothing if there are none. `rows` is the number of rows of the
+/// table.
 void refuse(const std::string& path, std::size_t rows, const std::vector<inputs::InputError>& errors);
 
-/// `base` with the accident's speed, weight, locomotives and cars. Blocks of the base's consist are templates: the
-/// first one named locomotive; the first other one for cars; the last other one for the last car. Locomotives in the
-/// middle and at the rear vent the brake pipe by radio; a base without locomotives gets none. Throws inputs::InputError
-/// if the base has no cars.
+/// Returns `base` with the speed, weight, locomotives and cars of an accident. The blocks of the base's consist serve
+/// as templates: the first block named locomotive for locomotives, the first other block for cars, the last other block
+/// for the last car. Locomotives in the middle and at the rear open the brake pipe when they are told by radio. If the
+/// base has no locomotives, none are added. Throws inputs::InputError if the base has no cars.
 inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& accident);
 
-/// Keys of a scenario that the rows decide: a study may not vary them.
+/// Whether the rows of the table decide the value of a key, so that a study must not vary it.
 bool row_decides(const std::string& key);
 
+/// Number of derailed vehicles by kind.
 struct Derailed {
-  int cars = 0, locomotives = 0;
+  int cars = 0,         ///< cars without locomotives
+      locomotives = 0;  ///< locomotives
 };
-/// The derailed of a train by kind; `snapshot` is one of the scenario's simulation.
+/// Counts the derailed vehicles of a train; `snapshot` must be of a simulation of `scenario`.
 Derailed count_derailed(const inputs::Scenario& scenario, const simulation::Snapshot& snapshot);
 
 }  // namespace train_derail::validation

@@ -1,4 +1,6 @@
-// A study of every accident of a table: predicted counts of derailed cars, with their spread, against the real ones.
+/// \file
+/// Validations: runs a study for every accident of a table, and compares the predicted counts of derailed cars with the
+/// real ones.
 #pragma once
 
 #include <atomic>
@@ -18,107 +20,115 @@
 
 namespace train_derail::validation {
 
-/// Most runs of a validation: rows times members.
+/// Most runs of a validation, that is rows times members.
 inline constexpr std::int64_t kMembersMax = 1'000'000;
 
-/// Share of the real counts that an interval is to hold.
+/// Share of the real counts that the prediction intervals should hold.
 inline constexpr double kIntervalShare = 0.9;
 
-/// The same study without its factors: members differ by their seed alone, as many as before.
+/// Returns the study without its factors and with as many members: they differ only by their seeds.
 study::Study seeds_only(study::Study study);
 
-/// Runs a row: points of the study times replicates. Throws inputs::InputError unless the study can be used: a latin
-/// hypercube or no factors, none that the rows decide, an engine that knows rails.
+/// Returns the number of runs for each row: points of the study times replicates. Throws inputs::InputError if the
+/// study cannot be used. It must have the plan latin_hypercube or no factors, no factor that row_decides(), and an
+/// engine that knows rails that yield.
 std::int64_t members_a_row(const study::Study& study);
 
-/// One run: row `row` of the table with the inputs of one of its points.
+/// One run of a validation.
 struct Member {
-  std::size_t row = 0;  // place in AccidentTable::rows
-  std::int64_t member = 0;
-  std::int64_t seed = 0;  // depends on the study's seed, the line in the file and the member alone
-  Derailed derailed;
-  outcome::Outcome outcome;  // locomotives count in it; of a member from a journal only how it ended
-  std::string text;          // its line of members.csv
+  std::size_t row = 0;       ///< index of its row in AccidentTable::rows
+  std::int64_t member = 0;   ///< number among the members of that row, from 0
+  std::int64_t seed = 0;     ///< seed; depends on the study's seed, the line in the file and the member only
+  Derailed derailed;         ///< derailed cars and locomotives
+  outcome::Outcome outcome;  ///< outcome, with locomotives as cars; if read from a journal only `ended` is set
+  std::string text;          ///< its line of members.csv
 };
 
+/// All runs of a validation.
 struct Ensembles {
-  std::vector<Member> members;  // row by row; all there unless stopped
-  std::int64_t failed = 0;
-  bool stopped = false;
-  double wall_time = 0.0;             // s
-  std::vector<std::string> warnings;  // "3 of 200 runs: energy residual ...", and of rows whose members cannot differ
-  std::vector<std::string> problems;  // lines of the journal that were not good: their runs have been computed anew
+  std::vector<Member> members;        ///< row by row; complete unless `stopped`
+  std::int64_t failed = 0;            ///< members that failed
+  bool stopped = false;               ///< whether the stop flag ended the work early
+  double wall_time = 0.0;             ///< time that it took [s]
+  std::vector<std::string> warnings;  ///< "3 of 200 runs: energy residual ...", and rows whose members cannot differ
+  std::vector<std::string> problems;  ///< bad lines of the journal; their runs were computed again
 };
 
-/// Each row's own sample of the inputs, from the study's seed and the row's line in the file: with one sample for all,
-/// its luck would not average out over rows.
+/// Returns the points of one row. Each row has a random sample of its own, made from the study's seed and the row's
+/// line in the file. With one sample for all rows, the chance of that sample would not average out over the rows.
 study::Points points_of(study::Study study, const Accident& accident);
 
-/// Member j of a row has the inputs of point j / replicates of points_of(). Does not depend on `jobs` (0: one a core),
-/// nor on which other rows the table has. `on_progress` is called from the worker threads, one at a time. `stop` makes
-/// it return soon: runs under way are given up. Throws inputs::InputError, also if a row and the base scenario do not
-/// go together (the message names the line).
+/// Computes all members of all rows. Member j of a row has the inputs of point j / replicates of points_of(). The
+/// result depends neither on the number of threads `jobs` (0: one for each core) nor on the other rows of the table.
+/// `on_progress` is called from the worker threads, one call at a time. Once `stop` is set, it returns soon and gives
+/// up the runs that are being computed. Throws inputs::InputError, also if a row does not fit the base scenario (the
+/// message gives the line).
 Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
-/// The same with a journal in `folder`, as studies have: after a kill or stop, `resume` computes what is missing. The
-/// folder belongs to this study and these rows. Throws std::runtime_error: it holds others, or runs and is not to be
-/// resumed, or cannot be written; inputs::InputError: what lies in it cannot be read.
+/// Where and how the members are computed.
 struct RunOptions {
-  std::string folder;
-  int jobs = 0;
-  bool resume = false;
+  std::string folder;   ///< results folder with the journal
+  int jobs = 0;         ///< threads; 0: one for each core
+  bool resume = false;  ///< whether the folder may hold finished runs; only the missing ones are computed then
 };
+/// Computes all members of all rows with a journal in a folder, so that it can go on after a kill or stop. The folder
+/// belongs to this study and these rows. Throws as above, and std::runtime_error if the folder holds other results,
+/// holds finished runs without `resume`, or cannot be written; throws inputs::InputError if its files cannot be read.
 Ensembles run(const study::Study& study, const AccidentTable& accidents, const RunOptions& options,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
-/// One way to predict, scored on a group of rows.
+/// The scores of one way to predict, on a group of rows.
 struct Rated {
-  std::string
-      name;  // "simulation" (median of its members), their "mean", "stretched" of it (scores.hpp), or that of a fit
-  std::string rows;  // that it was made from: "none", "these", "the others" (leave one out)
-  Score score;
-  std::optional<Coverage> coverage;  // of the 90 % interval
-  std::optional<double> crps;        // of the members, mean over rows [cars]
-};
-
-/// Rows that are scored together; fits are made from these rows.
-struct Group {
+  /// "simulation": median of the members; "mean": their mean; "stretched": see scores.hpp; or the name of a fit.
   std::string name;
-  std::size_t rows = 0;
-  std::vector<Rated> rated;
-  std::vector<Fit> fits;
-  std::vector<SpeedBand> bands;
-  double exponent_real = 0.0, exponent_predicted = 0.0;  // of the count over speed
+  std::string rows;  ///< rows that it was fitted to: "none", "these", or "the others" (all but the predicted one)
+  Score score;       ///< errors
+  std::optional<Coverage> coverage;  ///< of the 90 % intervals
+  std::optional<double> crps;        ///< crps() of the members, mean over the rows [cars]
 };
 
-struct Validation {
-  AccidentTable accidents;
-  study::Study study;
-  std::int64_t members = 0, failed = 0;
-  std::vector<study::Spread> predicted;    // row by row, derailed cars; count: members that did not fail
-  std::vector<study::Interval> intervals;  // row by row, study::predictive_interval of kIntervalShare
-  std::vector<double> crps;                // row by row
-  Stretched stretched;                     // 90 % intervals, from all rows
-  std::vector<Fit> fits;                   // from all rows
-  std::vector<Group> groups;  // with at least one row; if any is outside of the fitted class, inside and outside apart
-  FittedClass fitted;         // not known if the study does not say
-  std::vector<std::string> outside;   // row by row, in what it lies outside of the fitted class; empty: in nothing
-  std::vector<std::string> warnings;  // what should be looked at before the numbers are believed; one line each
+/// Rows that are scored together.
+struct Group {
+  std::string name;              ///< name in tables
+  std::size_t rows = 0;          ///< number of rows
+  std::vector<Rated> rated;      ///< ways to predict, with their scores
+  std::vector<Fit> fits;         ///< statistical models, fitted to these rows
+  std::vector<SpeedBand> bands;  ///< means by speed
+  double exponent_real = 0.0,    ///< speed_exponent() of the real counts
+      exponent_predicted = 0.0;  ///< speed_exponent() of the predicted counts
 };
-/// Throws inputs::InputError: the file that study.fitted_on names.
+
+/// The result of a validation. "Row by row" means one element for each row, in the order of the table.
+struct Validation {
+  AccidentTable accidents;                 ///< the table
+  study::Study study;                      ///< the study
+  std::int64_t members = 0,                ///< all members
+      failed = 0;                          ///< those of them that failed
+  std::vector<study::Spread> predicted;    ///< row by row, derailed cars over the members that did not fail
+  std::vector<study::Interval> intervals;  ///< row by row, study::predictive_interval of kIntervalShare
+  std::vector<double> crps;                ///< row by row, crps() [cars]
+  Stretched stretched;                     ///< 90 % intervals, stretched with all rows
+  std::vector<Fit> fits;                   ///< statistical models, fitted to all rows
+  std::vector<Group> groups;  ///< groups that have rows; inside and outside of the fitted class, if any are outside
+  FittedClass fitted;         ///< class of the fit; not known if the study does not name it
+  std::vector<std::string> outside;   ///< row by row, outside() of the fitted class; empty if inside
+  std::vector<std::string> warnings;  ///< what to check before the numbers are believed; one line each
+};
+/// Scores a validation. Throws inputs::InputError if the file that study.fitted_on names cannot be read.
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles);
 
-/// Of rows that make no scenario of the study: throws inputs::InputError about all of them, or leaves them out.
+/// Checks that each row makes a valid scenario of the study. Throws inputs::InputError about all rows that do not, or
+/// with `skip_invalid` moves them to accidents.left_out.
 void check_scenarios(const study::Study& study, AccidentTable& accidents, bool skip_invalid);
 
-/// For people.
+/// Returns the scores as a table for people.
 std::string to_table(const Validation& v);
-/// Everything but the rows.
+/// Returns everything but the rows as JSON.
 std::string to_json(const Validation& v);
-/// The table's own columns, then what was predicted; one line a row.
+/// Returns the rows as CSV: the columns of the table, then the predictions.
 std::string rows_csv(const Validation& v);
-/// One line a run: inputs sampled, all of outcome::quantities().
+/// Returns all members as CSV: one line each, with the sampled inputs and all outcome::quantities().
 std::string members_csv(const study::Study& study, const Ensembles& ensembles);
 
 }  // namespace train_derail::validation
