@@ -129,7 +129,7 @@ void OutcomeTable::show_outcome(const NodeView& view) {
   for (const auto& [field, row] : rows_) {
     const bool shown = !field->when || (o && field->when(*o));
     for (QLabel* label : {row.title, row.value, row.si}) label->setVisible(shown);
-    const outcome::Row texts = o ? outcome::row_of(*field, *o) : outcome::Row{kNothing, "", ""};
+    const outcome::FieldRow texts = o ? outcome::row_of(*field, *o) : outcome::FieldRow{kNothing, "", ""};
     row.value->setText(QString::fromStdString(texts.shown.empty() ? texts.si : texts.shown));
     row.si->setText(texts.shown.empty() ? QString() : QString::fromStdString(texts.si));
     const QString note = QString::fromStdString(texts.note);

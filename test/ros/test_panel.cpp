@@ -329,7 +329,7 @@ TEST_F(Panel, FollowsARunToItsEnd) {
     const bool shown = !field.when || field.when(known);
     EXPECT_EQ(label(name.c_str())->isVisible(), shown) << name;
     if (!shown) continue;
-    const outcome::Row row = outcome::row_of(field, known);
+    const outcome::FieldRow row = outcome::row_of(field, known);
     EXPECT_EQ(text(name.c_str()), row.shown.empty() ? row.si : row.shown) << name;
   }
   EXPECT_EQ(text("outcome:cars_past_pod"), std::to_string(o.cars_past_pod));
