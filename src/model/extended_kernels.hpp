@@ -29,10 +29,7 @@ struct TruckArrays {
   const double* load = nullptr;                             ///< W / 2 [N]
   const double* rail_damping = nullptr;                     ///< N s/m
   const double* patch = nullptr;                            ///< factor of off-track friction
-  // Forces that the parts of model/truck_parts.hpp have found.
-  double *along = nullptr, *across = nullptr;       ///< resistance on the track, along and across the rails [N]
-  double* lateral = nullptr;                        ///< of rails that yield, across them [N]
-  double *ground_x = nullptr, *ground_y = nullptr;  ///< friction off the track [N]
+  double* kept = nullptr;  ///< what the parts of model/truck_parts.hpp keep in a step: column after column
 };
 
 /// Of the extended model.

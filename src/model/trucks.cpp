@@ -5,6 +5,7 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 
+#include "model/truck_parts.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
@@ -26,10 +27,11 @@ Trucks::Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs:
       first_cause_(train.cars().size(), Cause::none),
       cause_(2 * train.cars().size(), Cause::none) {
   const Eigen::Index n = train.car_count();
-  for (auto* a : {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &along_,
-                  &across_, &lateral_, &ground_x_, &ground_y_, &lateral_before_}) {
+  for (auto* a :
+       {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &lateral_before_}) {
     *a = ArrayX::Zero(2 * n);
   }
+  kept_ = ArrayX::Zero(2 * n * TruckParts::kept);
   for (auto* a : {&on_track_, &tangent_x_, &patch_}) *a = ArrayX::Ones(2 * n);
   const inputs::Perturbation& perturbation = scenario.initial.perturbation;
   boost::random::mt19937_64 generator(static_cast<std::uint64_t>(perturbation.seed) ^ 0x61c5e1ULL);
@@ -53,13 +55,13 @@ TruckArrays Trucks::arrays() {
   a.load = load_.data();
   a.rail_damping = rail_damping_.data();
   a.patch = patch_.data();
-  a.along = along_.data();
-  a.across = across_.data();
-  a.lateral = lateral_.data();
-  a.ground_x = ground_x_.data();
-  a.ground_y = ground_y_.data();
+  a.kept = kept_.data();
   return a;
 }
+
+const double* Trucks::lateral() const { return kept_.data() + TruckParts::first<RailHold>() * px_.size(); }
+
+void Trucks::keep_lateral() { lateral_before_ = Eigen::Map<const ArrayX>(lateral(), px_.size()); }
 
 bool Trucks::derailed(Eigen::Index car) const {
   return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
@@ -146,14 +148,14 @@ void Trucks::leave_bad_track(const Step& step) {
 }
 
 bool Trucks::give_way(const Step& step) {
-  if (!rails_on_ || !loops_.overload(px_.size(), rails_, step.length, lateral_before_.data(), lateral_.data(),
-                                     load_.data(), overloaded_.data()))
+  if (!rails_on_ || !loops_.overload(px_.size(), rails_, step.length, lateral_before_.data(), lateral(), load_.data(),
+                                     overloaded_.data()))
     return false;
   bool left = false;
   for (Eigen::Index i = 0; i < px_.size(); ++i) {
     if (!on_rails(i) || overloaded_[i] <= rails_.derail_time) continue;
     const double t =
-        derail_moment(rails_, lateral_before_[i], lateral_[i], load_[i], step.end(), step.length, overloaded_[i]);
+        derail_moment(rails_, lateral_before_[i], lateral()[i], load_[i], step.end(), step.length, overloaded_[i]);
     leave(t, i, Cause::lateral, step.after);
     left = true;
   }

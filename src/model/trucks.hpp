@@ -41,7 +41,7 @@ class Trucks final : public Part {
   /// Where the trucks are on the track, from their places.
   void locate();
   /// The loops are about to find new lateral forces: those that are there become the ones before.
-  void keep_lateral() { lateral_before_ = lateral_; }
+  void keep_lateral();
   /// Lateral forces beyond rails.derail_ratio for longer than rails.derail_time push trucks off the rails.
   bool give_way(const Step& step) override;
   /// Puts what has derailed in this step on in the order of time.
@@ -58,6 +58,8 @@ class Trucks final : public Part {
   void leave_bad_track(const Step& step);
   void leave(double t, Eigen::Index truck, Cause cause, double* y);
   void find_standing();
+  /// Lateral forces of the rails, as the loops have found them last [N].
+  const double* lateral() const;
 
   const PlanarModel& train_;
   const PlanarArrays cars_;
@@ -76,7 +78,8 @@ class Trucks final : public Part {
   // One a truck; see TruckArrays.
   std::vector<Cause> cause_;
   ArrayX kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_, patch_, px_, py_;
-  ArrayX along_, across_, lateral_, ground_x_, ground_y_, lateral_before_;
+  ArrayX lateral_before_;  // lateral forces of the rails at the end of the step before [N]
+  ArrayX kept_;            // column after column
 };
 
 }  // namespace train_derail::model
