@@ -63,8 +63,8 @@ study::Study read_study(const StudyArguments& a) {
   study::Study study = study::read_study_file(a.file, overrides);
   say_warnings(study.base, overrides);
   if (a.replicates > 0) study.replicates = a.replicates;
-  if (a.engine == to_string(study::Engine::multibody)) {
-    study.engine = study::Engine::multibody;
+  if (a.engine == to_string(study::EngineChoice::multibody)) {
+    study.engine = study::EngineChoice::multibody;
     study.title += " (multibody engine)";
   }
   return study;
@@ -170,7 +170,7 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
         ->check(CLI::Range(1, 1000000));
     add_path(sub, "--out", a.out, "Folder of the results; default: the file's name with .results");
     sub->add_option("--engine", a.engine, "What computes: the model, or the multibody engine that checks it (slow)")
-        ->default_str(to_string(study::Engine::purpose_built))
+        ->default_str(to_string(study::EngineChoice::purpose_built))
         ->check(CLI::IsMember(std::vector<std::string>(study::kEngineNames.begin(), study::kEngineNames.end())));
     sub->add_flag("--quiet", a.quiet, "No progress and no table");
   };

@@ -39,12 +39,12 @@ class Checker {
   void value(const char*, const std::string&, const Doc&) {}
   void texts(const char*, const std::vector<std::string>&, const Doc&) {}
 
-  void number(const char* key, double value, const Quantity& q, const Doc&) {
+  void number(const char* key, double value, const NumberInput& q, const Doc&) {
     if (q.range.contains(value)) return;
     refuse(prefix_ + key, fmt::format("{}", value), std::isfinite(value) ? "out of range" : "not a finite number",
            q.range.text(q.unit));
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
+  void number(const char* key, const std::optional<double>& value, const NumberInput& q, const Doc& doc) {
     if (value) number(key, *value, q, doc);
   }
   template <class I>

@@ -16,10 +16,10 @@ class Collector {
       : out_(out), prefix_(std::move(prefix)), scenario_(scenario), idle_(idle) {}
 
   void text(const char* key, const std::string& value, const Doc& doc) { add(key, value, "", "", false, doc); }
-  void number(const char* key, double value, const Quantity& q, const Doc& doc) {
+  void number(const char* key, double value, const NumberInput& q, const Doc& doc) {
     add(key, number_text(value), q.unit, q.shown, false, doc);
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
+  void number(const char* key, const std::optional<double>& value, const NumberInput& q, const Doc& doc) {
     if (value) number(key, *value, q, doc);
   }
   template <class I>
@@ -66,7 +66,7 @@ class Setter {
     if (is(key)) value = wanted_.value;
   }
   template <class D>
-  void number(const char* key, D& value, const Quantity& q, const Doc&) {
+  void number(const char* key, D& value, const NumberInput& q, const Doc&) {
     if (!is(key)) return;
     if (wanted_.value == ".inf") {
       value = kInfinity;

@@ -42,7 +42,7 @@ inline Range between_or_infinite(double min, double max) { return {min, max, fal
 /// Units and ranges of a number. `unit` is the SI unit in UDUNITS notation, `shown` the unit that people read ("" if it
 /// is the same). A value outside of `range`, which holds every train that is possible, is refused. A value outside of
 /// `usual`, which holds real trains, gives a warning.
-struct Quantity {
+struct NumberInput {
   const char* unit;
   const char* shown;
   Range range;
@@ -50,7 +50,7 @@ struct Quantity {
   bool required = false;
 };
 
-inline Quantity required(Quantity q) {
+inline NumberInput required(NumberInput q) {
   q.required = true;
   return q;
 }

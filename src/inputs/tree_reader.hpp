@@ -79,11 +79,11 @@ class TreeReader {
     if (const YAML::Node n = find(key, false, "a value")) value = scalar(key, n, "a value");
   }
 
-  void number(const char* key, double& value, const Quantity& q, const Doc&) {
+  void number(const char* key, double& value, const NumberInput& q, const Doc&) {
     const std::string allowed = q.range.text(q.unit);
     if (const YAML::Node n = find(key, q.required, allowed)) value = convert(key, n, q, allowed);
   }
-  void number(const char* key, std::optional<double>& value, const Quantity& q, const Doc&) {
+  void number(const char* key, std::optional<double>& value, const NumberInput& q, const Doc&) {
     const std::string allowed = q.range.text(q.unit);
     if (const YAML::Node n = find(key, q.required, allowed)) value = convert(key, n, q, allowed);
   }
@@ -214,7 +214,7 @@ class TreeReader {
     return n.Scalar();
   }
 
-  double convert(const char* key, const YAML::Node& n, const Quantity& q, const std::string& allowed) {
+  double convert(const char* key, const YAML::Node& n, const NumberInput& q, const std::string& allowed) {
     const std::string text = scalar(key, n, allowed);
     for (const char* word : {".inf", ".Inf", ".INF", "+.inf", "+.Inf", "+.INF"}) {
       if (text == word) return kInfinity;

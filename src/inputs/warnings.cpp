@@ -27,7 +27,7 @@ class UsualChecker {
       : out_(out), prefix_(std::move(prefix)), scenario_(scenario), idle_(idle) {}
 
   void text(const char*, const std::string&, const Doc&) {}
-  void number(const char* key, double value, const Quantity& q, const Doc& doc) {
+  void number(const char* key, double value, const NumberInput& q, const Doc& doc) {
     if (q.usual.contains(value) || idle_because(scenario_, idle_, doc) != nullptr) return;
     const auto end = [&](double v) { return shown(v, q.unit, q.shown); };
     const auto bare = [](const std::string& s) { return s.substr(0, s.find(' ')); };
@@ -36,7 +36,7 @@ class UsualChecker {
                     fmt::format("{} than usual: {} to {}{}", more ? "more" : "less", bare(end(q.usual.min)),
                                 end(q.usual.max), q.usual.infinite ? ", or .inf" : "")});
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
+  void number(const char* key, const std::optional<double>& value, const NumberInput& q, const Doc& doc) {
     if (value) number(key, *value, q, doc);
   }
   template <class I>

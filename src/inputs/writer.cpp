@@ -21,14 +21,14 @@ class Writer {
   void text(const char* key, const std::string& value, const Doc&) {
     line(key, nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
-  void number(const char* key, double value, const Quantity& q, const Doc&) {
+  void number(const char* key, double value, const NumberInput& q, const Doc&) {
     std::string comment = std::string(q.unit) == "1" ? "" : q.unit;
     if (*q.shown != '\0' && std::isfinite(value)) {
       comment += fmt::format("; {:.6g} {}", from_si(value, q.unit, q.shown), q.shown);
     }
     line(key, number_text(value), comment);
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
+  void number(const char* key, const std::optional<double>& value, const NumberInput& q, const Doc& doc) {
     if (value) number(key, *value, q, doc);
   }
   template <class I>
@@ -86,10 +86,10 @@ class Lister {
   void text(const char* key, const std::string& value, const Doc& doc) {
     row(key, "text", nlohmann::json(value).dump(), doc);
   }
-  void number(const char* key, double value, const Quantity& q, const Doc& doc) {
+  void number(const char* key, double value, const NumberInput& q, const Doc& doc) {
     row(key, allowed(q), q.required ? "required" : number_text(value), doc);
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const Doc& doc) {
+  void number(const char* key, const std::optional<double>& value, const NumberInput& q, const Doc& doc) {
     row(key, allowed(q), value ? number_text(*value) : "none", doc);
   }
   template <class I>
@@ -118,7 +118,7 @@ class Lister {
   }
 
  private:
-  static std::string allowed(const Quantity& q) {
+  static std::string allowed(const NumberInput& q) {
     const std::string all = q.range.text(q.unit);
     return q.usual.max == kInfinity ? all : all + "; usual: " + q.usual.text(q.unit);
   }

@@ -345,8 +345,8 @@ struct SimbodySystem {
   const State& state() const { return stepper.getState(); }
   double time() const { return state().getTime(); }
 
-  std::vector<CarMotion> motion() const {
-    std::vector<CarMotion> cars;
+  std::vector<BodyMotion> motion() const {
+    std::vector<BodyMotion> cars;
     for (const MobilizedBody::Planar& body : bodies) {
       const Vec3 &q = body.getQ(state()), &u = body.getU(state());
       cars.push_back({q[1], q[2], q[0], u[1], u[2], u[0]});
@@ -428,7 +428,7 @@ class SimbodyRun final : public EngineRun {
 
   double time() const override { return run_.time(); }
   bool ended() const override { return run_.ended != outcome::Ended::running; }
-  std::vector<CarMotion> cars() const override { return run_.motion(); }
+  std::vector<BodyMotion> cars() const override { return run_.motion(); }
 
   std::vector<CouplerForce> coupler_forces() const override {
     const State& state = run_.state();

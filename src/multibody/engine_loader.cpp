@@ -46,7 +46,7 @@ void Engine::advance(double t, const std::atomic<bool>* stop) { run_->advance(t,
 void Engine::run(const std::atomic<bool>* stop) { advance(inputs::kInfinity, stop); }
 double Engine::time() const { return run_->time(); }
 bool Engine::ended() const { return run_->ended(); }
-std::vector<CarMotion> Engine::cars() const { return run_->cars(); }
+std::vector<BodyMotion> Engine::cars() const { return run_->cars(); }
 std::vector<CouplerForce> Engine::coupler_forces() const { return run_->coupler_forces(); }
 outcome::Outcome Engine::outcome() const { return run_->outcome(); }
 

@@ -14,7 +14,7 @@ class EngineRun {
   virtual void advance(double t, const std::atomic<bool>* stop) = 0;
   virtual double time() const = 0;
   virtual bool ended() const = 0;
-  virtual std::vector<CarMotion> cars() const = 0;
+  virtual std::vector<BodyMotion> cars() const = 0;
   virtual std::vector<CouplerForce> coupler_forces() const = 0;
   virtual outcome::Outcome outcome() const = 0;
 };

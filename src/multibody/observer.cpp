@@ -10,16 +10,16 @@ namespace train_derail::multibody {
 
 namespace {
 
-Vector2 axis(const CarMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
+Vector2 axis(const BodyMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
 
 /// Position and velocity of the point `ahead` metres ahead of the centre of mass.
-Vector2 place(const CarMotion& c, double ahead) { return Vector2(c.x, c.y) + ahead * axis(c); }
-Vector2 velocity(const CarMotion& c, const Vector2& point) {
+Vector2 place(const BodyMotion& c, double ahead) { return Vector2(c.x, c.y) + ahead * axis(c); }
+Vector2 velocity(const BodyMotion& c, const Vector2& point) {
   return {c.vx - c.omega * (point.y() - c.y), c.vy + c.omega * (point.x() - c.x)};
 }
-Vector2 velocity(const CarMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
+Vector2 velocity(const BodyMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
 
-model::Footprint footprint(const model::Car& car, const CarMotion& c) {
+model::Footprint footprint(const model::Car& car, const BodyMotion& c) {
   return {{c.x, c.y}, axis(c), 0.5 * car.length, 0.5 * car.width};
 }
 
@@ -59,7 +59,7 @@ void Observer::follow(double t, const std::vector<Gap>& gaps) {
   time_ = t;
 }
 
-void Observer::sample(double t, const std::vector<CarMotion>& motion) {
+void Observer::sample(double t, const std::vector<BodyMotion>& motion) {
   truck_speed_ = 0.0;
   for (std::size_t k = 0; k < train_.size(); ++k) {
     for (const double ahead : {0.5 * train_[k].truck_spacing, -0.5 * train_[k].truck_spacing}) {
@@ -76,7 +76,7 @@ void Observer::sample(double t, const std::vector<CarMotion>& motion) {
   touches(t, motion);
 }
 
-void Observer::touches(double t, const std::vector<CarMotion>& motion) {
+void Observer::touches(double t, const std::vector<BodyMotion>& motion) {
   std::set<std::pair<std::size_t, std::size_t>> now;
   for (std::size_t a = 0; a < train_.size(); ++a) {
     for (std::size_t b = a + 1; b < train_.size(); ++b) {
@@ -102,7 +102,7 @@ void Observer::touches(double t, const std::vector<CarMotion>& motion) {
   touching_ = std::move(now);
 }
 
-void Observer::report(const std::vector<CarMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const {
+void Observer::report(const std::vector<BodyMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const {
   o.cars = static_cast<int>(train_.size());
   o.cars_past_pod = static_cast<int>(std::count(past.begin(), past.end(), 1));
   o.cars_derailed = o.cars_past_pod;

@@ -25,14 +25,14 @@ class Observer {
   /// Must be called for every state of the integrator, in the order of time.
   void follow(double t, const std::vector<Gap>& gaps);
   /// Must be called for every state on the grid of outcome.sample_interval.
-  void sample(double t, const std::vector<CarMotion>& motion);
+  void sample(double t, const std::vector<BodyMotion>& motion);
 
   /// Whether every truck centre was slower than stop.speed in the last sample.
   bool at_rest() const { return truck_speed_ < stop_speed_; }
 
   /// Writes counts, speeds and pile-up to the outcome. `motion` is the present motion; `past` says for each car whether
   /// it has passed the point of derailment.
-  void report(const std::vector<CarMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const;
+  void report(const std::vector<BodyMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const;
 
   /// Couplers that have been shortest and longest, counted from 1; 0: none has been shorter (longer) than at the start.
   struct Extreme {
@@ -45,7 +45,7 @@ class Observer {
 
  private:
   void consider(int coupler, double length, double t);
-  void touches(double t, const std::vector<CarMotion>& motion);
+  void touches(double t, const std::vector<BodyMotion>& motion);
 
   const std::vector<model::Car> train_;
   const double threshold_, stop_speed_;

@@ -45,7 +45,7 @@ int car_count(const inputs::Scenario& s) {
 
 Difference difference(const simulation::Snapshot& a, const Engine& b, double force_peak) {
   Difference d{a.time, 0.0, 0.0, 0.0, force_peak};
-  const std::vector<CarMotion> cars = b.cars();
+  const std::vector<BodyMotion> cars = b.cars();
   const std::vector<CouplerForce> forces = b.coupler_forces();
   for (std::size_t k = 0; k < cars.size(); ++k) {
     d.position = std::max(d.position, std::hypot(cars[k].x - a.cars[k].x, cars[k].y - a.cars[k].y));

@@ -7,18 +7,18 @@ namespace train_derail::outcome {
 namespace {
 
 #ifdef TRAIN_DERAIL_X86
-constexpr Versions<Loops> kVersions{&kLoopsAvx512, &kLoopsAvx2, &kLoopsSse2, &kLoopsPlain};
+constexpr Versions<MonitorLoops> kVersions{&kLoopsAvx512, &kLoopsAvx2, &kLoopsSse2, &kLoopsPlain};
 #else
-constexpr Versions<Loops> kVersions{nullptr, nullptr, nullptr, &kLoopsPlain};
+constexpr Versions<MonitorLoops> kVersions{nullptr, nullptr, nullptr, &kLoopsPlain};
 #endif
 
 }  // namespace
 
-const Loops& loops() {
-  static const Loops& fastest = *kVersions.fastest();
+const MonitorLoops& loops() {
+  static const MonitorLoops& fastest = *kVersions.fastest();
   return fastest;
 }
 
-std::vector<const Loops*> usable_loops() { return kVersions.usable(kVersions.any_length); }
+std::vector<const MonitorLoops*> usable_loops() { return kVersions.usable(kVersions.any_length); }
 
 }  // namespace train_derail::outcome

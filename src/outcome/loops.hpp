@@ -1,5 +1,5 @@
 /// \file
-/// Loops of the monitor over cars and couplers, several side by side. Arrays have one entry a car unless said
+/// MonitorLoops of the monitor over cars and couplers, several side by side. Arrays have one entry a car unless said
 /// otherwise.
 #pragma once
 
@@ -23,7 +23,7 @@ struct Extremes {
 };
 
 /// One version of the loops, for one instruction set.
-struct Loops {
+struct MonitorLoops {
   const char* instruction_set;
   std::ptrdiff_t lanes;
   /// Of either truck of any car [m^2/s^2].
@@ -39,11 +39,11 @@ struct Loops {
   void (*widen)(std::ptrdiff_t n, const double* value, double t, const Extremes&);
 };
 
-extern const Loops kLoopsPlain, kLoopsSse2, kLoopsAvx2, kLoopsAvx512;
+extern const MonitorLoops kLoopsPlain, kLoopsSse2, kLoopsAvx2, kLoopsAvx512;
 
 /// The fastest that this processor can run.
-const Loops& loops();
+const MonitorLoops& loops();
 /// All that this processor can run, fastest first.
-std::vector<const Loops*> usable_loops();
+std::vector<const MonitorLoops*> usable_loops();
 
 }  // namespace train_derail::outcome

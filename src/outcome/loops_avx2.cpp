@@ -3,6 +3,6 @@
 
 namespace train_derail::outcome {
 
-const Loops kLoopsAvx2 = make_loops<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
+const MonitorLoops kLoopsAvx2 = make_loops<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
 
 }  // namespace train_derail::outcome

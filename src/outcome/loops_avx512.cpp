@@ -3,6 +3,6 @@
 
 namespace train_derail::outcome {
 
-const Loops kLoopsAvx512 = make_loops<xsimd::batch<double, xsimd::avx512f>>("avx512");
+const MonitorLoops kLoopsAvx512 = make_loops<xsimd::batch<double, xsimd::avx512f>>("avx512");
 
 }  // namespace train_derail::outcome

@@ -117,7 +117,7 @@ template <class B>
 }
 
 template <class B>
-constexpr Loops make_loops(const char* instruction_set) {
+constexpr MonitorLoops make_loops(const char* instruction_set) {
   return {instruction_set,
           Lanes<B>::count,
           truck_speed_squared_max<B>,

@@ -2,6 +2,6 @@
 
 namespace train_derail::outcome {
 
-const Loops kLoopsPlain = make_loops<double>("plain");
+const MonitorLoops kLoopsPlain = make_loops<double>("plain");
 
 }  // namespace train_derail::outcome

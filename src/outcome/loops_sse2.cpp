@@ -3,6 +3,6 @@
 
 namespace train_derail::outcome {
 
-const Loops kLoopsSse2 = make_loops<xsimd::batch<double, xsimd::sse2>>("sse2");
+const MonitorLoops kLoopsSse2 = make_loops<xsimd::batch<double, xsimd::sse2>>("sse2");
 
 }  // namespace train_derail::outcome

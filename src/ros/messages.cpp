@@ -153,6 +153,9 @@ Inputs to_message(const inputs::Scenario& s, const std::vector<model::Car>& cars
   m.coupler_swing_limit = s.coupler.swing_limit;
   m.off_track_threshold = s.outcome.off_track_threshold;
   m.output_interval = s.output.interval;
+  inputs::Scenario settled = s;
+  settled.model = inputs::model_of(s);
+  m.model = inputs::key_value(settled, "model").value;
   m.method = inputs::key_value(s, "solver.method").value;
   m.rtol = s.solver.rtol;
   m.atol = s.solver.atol;

@@ -16,7 +16,7 @@ namespace train_derail::rviz_panel {
 
 namespace {
 
-using inputs::Quantity;
+using inputs::NumberInput;
 using inputs::Range;
 
 std::string trimmed(const std::string& text) {
@@ -49,7 +49,7 @@ class Lister {
     InputItem& item = add(key, doc.text);
     item.value = item.exact = value;
   }
-  void number(const char* key, double value, const Quantity& q, const inputs::Doc& doc) {
+  void number(const char* key, double value, const NumberInput& q, const inputs::Doc& doc) {
     InputItem& item = add(key, doc.text);
     const std::string si = q.unit;
     item.unit_si = si == "1" ? "" : si;
@@ -65,7 +65,7 @@ class Lister {
     range.max = shown(range.max);
     item.allowed = range.text(item.unit.empty() ? "1" : item.unit);
   }
-  void number(const char* key, const std::optional<double>& value, const Quantity& q, const inputs::Doc& doc) {
+  void number(const char* key, const std::optional<double>& value, const NumberInput& q, const inputs::Doc& doc) {
     if (value) number(key, *value, q, doc);
   }
   template <class I>

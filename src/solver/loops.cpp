@@ -7,18 +7,18 @@ namespace train_derail::solver {
 namespace {
 
 #ifdef TRAIN_DERAIL_X86
-constexpr Versions<Loops> kVersions{&kLoopsAvx512, &kLoopsAvx2, &kLoopsSse2, &kLoopsPlain};
+constexpr Versions<VectorLoops> kVersions{&kLoopsAvx512, &kLoopsAvx2, &kLoopsSse2, &kLoopsPlain};
 #else
-constexpr Versions<Loops> kVersions{nullptr, nullptr, nullptr, &kLoopsPlain};
+constexpr Versions<VectorLoops> kVersions{nullptr, nullptr, nullptr, &kLoopsPlain};
 #endif
 
 }  // namespace
 
-const Loops& loops() {
-  static const Loops& fastest = *kVersions.fastest();
+const VectorLoops& loops() {
+  static const VectorLoops& fastest = *kVersions.fastest();
   return fastest;
 }
 
-std::vector<const Loops*> usable_loops() { return kVersions.usable(kVersions.any_length); }
+std::vector<const VectorLoops*> usable_loops() { return kVersions.usable(kVersions.any_length); }
 
 }  // namespace train_derail::solver

@@ -14,7 +14,7 @@ struct Term {
 };
 
 /// One version of the loops, for one instruction set.
-struct Loops {
+struct VectorLoops {
   const char* instruction_set;
   std::ptrdiff_t lanes;
   /// z = sum of factor * data over `count` terms, 1 to kTermsMax; z may be one of the data.
@@ -30,11 +30,11 @@ struct Loops {
 
 inline constexpr int kTermsMax = 8;  // of a step of the Runge-Kutta pairs
 
-extern const Loops kLoopsPlain, kLoopsSse2, kLoopsAvx2, kLoopsAvx512;
+extern const VectorLoops kLoopsPlain, kLoopsSse2, kLoopsAvx2, kLoopsAvx512;
 
 /// The fastest that this processor can run.
-const Loops& loops();
+const VectorLoops& loops();
 /// All that this processor can run, fastest first.
-std::vector<const Loops*> usable_loops();
+std::vector<const VectorLoops*> usable_loops();
 
 }  // namespace train_derail::solver

@@ -3,6 +3,6 @@
 
 namespace train_derail::solver {
 
-const Loops kLoopsAvx2 = make_loops<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
+const VectorLoops kLoopsAvx2 = make_loops<xsimd::batch<double, xsimd::fma3<xsimd::avx2>>>("avx2");
 
 }  // namespace train_derail::solver

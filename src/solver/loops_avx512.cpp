@@ -3,6 +3,6 @@
 
 namespace train_derail::solver {
 
-const Loops kLoopsAvx512 = make_loops<xsimd::batch<double, xsimd::avx512f>>("avx512");
+const VectorLoops kLoopsAvx512 = make_loops<xsimd::batch<double, xsimd::avx512f>>("avx512");
 
 }  // namespace train_derail::solver

@@ -99,7 +99,7 @@ template <class B>
 }
 
 template <class B>
-constexpr Loops make_loops(const char* instruction_set) {
+constexpr VectorLoops make_loops(const char* instruction_set) {
   return {instruction_set, Lanes<B>::count, add_up<B>, weighted_square_sum<B>, sum<B>, weights<B>, move<B>};
 }
 

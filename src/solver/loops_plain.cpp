@@ -2,6 +2,6 @@
 
 namespace train_derail::solver {
 
-const Loops kLoopsPlain = make_loops<double>("plain");
+const VectorLoops kLoopsPlain = make_loops<double>("plain");
 
 }  // namespace train_derail::solver

@@ -3,6 +3,6 @@
 
 namespace train_derail::solver {
 
-const Loops kLoopsSse2 = make_loops<xsimd::batch<double, xsimd::sse2>>("sse2");
+const VectorLoops kLoopsSse2 = make_loops<xsimd::batch<double, xsimd::sse2>>("sse2");
 
 }  // namespace train_derail::solver

@@ -212,11 +212,11 @@ std::int64_t run_count(const Study& s) {
   return static_cast<std::int64_t>(point_count(s)) * s.replicates;
 }
 
-std::string why_equal(const inputs::Scenario& s, Engine engine) {
+std::string why_equal(const inputs::Scenario& s, EngineChoice engine) {
   const inputs::Perturbation& p = s.initial.perturbation;
   int cars = 0;
   for (const inputs::CarBlock& block : s.consist) cars += block.count;
-  const bool rails = engine == Engine::purpose_built && s.ground.on_track_law == inputs::OnTrackLaw::rails;
+  const bool rails = engine == EngineChoice::purpose_built && s.ground.on_track_law == inputs::OnTrackLaw::rails;
   if ((p.spacing > 0.0 && cars > 1) || (p.yaw_rate > 0.0 && s.initial.yaw_rate != 0.0) ||
       (rails && (p.kick > 0.0 || p.alignment > 0.0))) {
     return "";

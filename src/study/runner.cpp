@@ -15,7 +15,7 @@ int jobs_max() { return simulation::jobs_max(); }
 outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& run, const std::atomic<bool>& stop) {
   try {
     const inputs::Scenario scenario = scenario_of(study, point, run);
-    if (study.engine == Engine::multibody) {
+    if (study.engine == EngineChoice::multibody) {
       multibody::Engine engine(scenario);
       engine.run(&stop);
       return engine.outcome();
@@ -33,7 +33,7 @@ outcome::Outcome outcome_of(const Study& study, const Point& point, const Run& r
 
 RunReport run_study(const Study& study, const RunOptions& options,
                     const std::function<void(const Progress&)>& on_progress, const std::atomic<bool>& stop) {
-  if (study.engine == Engine::multibody) multibody::require();
+  if (study.engine == EngineChoice::multibody) multibody::require();
   RunReport report;
   try {
     check(study, &stop);
@@ -75,7 +75,7 @@ RunReport run_study(const Study& study, const RunOptions& options,
 std::vector<outcome::Outcome> run_in_memory(const Study& study, int jobs,
                                             const std::function<void(const Progress&)>& on_progress,
                                             const std::atomic<bool>& stop) {
-  if (study.engine == Engine::multibody) multibody::require();
+  if (study.engine == EngineChoice::multibody) multibody::require();
   check(study, &stop);
   const Points points(study, &stop);
   std::vector<outcome::Outcome> outcomes(static_cast<std::size_t>(run_count(study)));

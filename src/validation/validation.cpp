@@ -107,9 +107,9 @@ std::int64_t members_a_row(const study::Study& study) {
     throw InputError("study", "plan", "", "every row needs a random sample of its own",
                      to_string(study::Plan::latin_hypercube));
   }
-  if (study.engine != study::Engine::purpose_built)
+  if (study.engine != study::EngineChoice::purpose_built)
     throw InputError("study", "engine", to_string(study.engine), "knows no rails",
-                     to_string(study::Engine::purpose_built));
+                     to_string(study::EngineChoice::purpose_built));
   for (const study::Factor& f : study.factors) {
     if (row_decides(f.key)) {
       throw InputError("study", "factors.key", f.key, "the rows of the table decide it", "any other key");
@@ -296,7 +296,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
   return e;
 }
 
-Ensembles run(const study::Study& study, const AccidentTable& accidents, const RunOptions& options,
+Ensembles run(const study::Study& study, const AccidentTable& accidents, const ValidationOptions& options,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
   std::vector<std::string> warnings = check_rows(study, accidents);
   const study::JournalFormat format = journal_format(study, accidents, description(study, accidents));

@@ -27,7 +27,7 @@ void expect_near(const Column& a, const Column& b, double tolerance) {
 
 TEST(SolverLoops, EveryVersionComputesWhatItsNameSays) {
   test::Random random(7);
-  for (const solver::Loops* loops : solver::usable_loops()) {
+  for (const solver::VectorLoops* loops : solver::usable_loops()) {
     SCOPED_TRACE(loops->instruction_set);
     for (std::ptrdiff_t n = 0; n < 40; ++n) {
       const Column a = random_column(n, random), b = random_column(n, random), c = random_column(n, random);
@@ -61,7 +61,7 @@ TEST(SolverLoops, EveryVersionComputesWhatItsNameSays) {
 }
 
 TEST(SolverLoops, SumShowsEveryNumberThatIsNotFinite) {
-  for (const solver::Loops* loops : solver::usable_loops()) {
+  for (const solver::VectorLoops* loops : solver::usable_loops()) {
     for (std::size_t i = 0; i < 37; ++i) {
       Column x(37, 1.0);
       x[i] = NAN;
@@ -72,7 +72,7 @@ TEST(SolverLoops, SumShowsEveryNumberThatIsNotFinite) {
 
 TEST(MonitorLoops, EveryVersionComputesWhatItsNameSays) {
   test::Random random(8);
-  for (const outcome::Loops* loops : outcome::usable_loops()) {
+  for (const outcome::MonitorLoops* loops : outcome::usable_loops()) {
     SCOPED_TRACE(loops->instruction_set);
     for (std::ptrdiff_t n = 0; n < 40; ++n) {
       const Column x = random_column(n, random), y = random_column(n, random), vx = random_column(n, random),

@@ -97,7 +97,7 @@ TEST(MultibodyEngine, ALoneCarSlidesAsFarAsTheClosedFormSays) {
   Engine engine(s, {1e-9});
   engine.run();
   const double a = s.ground.off_track_friction * inputs::kStandardGravity, e = s.ground.regularization_speed;
-  const multibody::CarMotion end = engine.cars()[0];
+  const multibody::BodyMotion end = engine.cars()[0];
   EXPECT_NEAR(end.x, (test::slide_distance(s.initial.speed, e) - test::slide_distance(end.vx, e)) / a, 1e-6);
   EXPECT_NEAR(engine.time(), (test::slide_time(s.initial.speed, e) - test::slide_time(end.vx, e)) / a, 1e-6);
   const outcome::Outcome o = engine.outcome();
@@ -120,7 +120,7 @@ TEST(MultibodyEngine, FollowsTheScenarioAndSaysWhyItStops) {
   inputs::Scenario s = test::mixed_train();
   s.initial.perturbation = {0.01, 0.1, 7};
   Engine engine(s), again(s);
-  const std::vector<multibody::CarMotion> cars = engine.cars();
+  const std::vector<multibody::BodyMotion> cars = engine.cars();
   ASSERT_EQ(cars.size(), 7U);
   const double pitch[] = {18.0, 16.0, 14.0, 14.0, 12.0, 10.0};
   double x = 0.0;
@@ -263,7 +263,7 @@ TEST(RigidCouplers, SpringsTendToRodsAsTheyGrowStiff) {
   const double end = 1.0;
   Engine rigid(s, {1e-11, true});
   rigid.advance(end);
-  const std::vector<multibody::CarMotion> limit = rigid.cars();
+  const std::vector<multibody::BodyMotion> limit = rigid.cars();
   for (std::size_t k = 0; k + 1 < limit.size(); ++k) {
     const double half = 0.5 * s.consist[0].length;
     const double gap =

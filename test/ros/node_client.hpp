@@ -27,7 +27,7 @@ namespace train_derail::test {
 
 /// Serves callbacks until `condition` holds; false after `limit` seconds of wall time. A condition on a message that
 /// has not come yet (std::out_of_range) does not hold yet.
-inline bool wait_for(const std::function<bool()>& wanted, double limit = 30.0) {
+inline bool wait_for(const std::function<bool()>& wanted, double limit = 150.0) {
   const auto condition = [&wanted] {
     try {
       return wanted();

@@ -37,7 +37,7 @@ constexpr double kMph = inputs::kMph;
 constexpr const char* kNode = "/train_derail";
 
 /// Lets RViz go on until `condition` holds; false after `limit` seconds of wall time.
-bool wait_in_rviz(const std::function<bool()>& condition, double limit = 40.0) {
+bool wait_in_rviz(const std::function<bool()>& condition, double limit = 150.0) {
   QElapsedTimer elapsed;
   elapsed.start();
   QTimer wake;  // so that the loop turns even if nothing happens
@@ -240,6 +240,7 @@ TEST_F(Panel, RestartsWithAllOfItsInputs) {
   EXPECT_NEAR(now.coupler_slack, 0.0508, 1e-12);
   EXPECT_EQ(now.on_track_law, "guided");
   EXPECT_EQ(now.method, "bdf");
+  EXPECT_EQ(now.model, "paper");
   EXPECT_EQ(now.seed, 7);
   EXPECT_NE(now.yaml.find("weight: 4448"), std::string::npos) << now.yaml;
   EXPECT_TRUE(wait_for_state("Run 2 running")) << state();

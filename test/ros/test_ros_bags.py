@@ -27,7 +27,7 @@ import kill_bag
 import waiting
 from train_derail.msg import CarStates, CouplerForces
 
-LIMIT = 40.0  # wall seconds for anything
+LIMIT = 150.0  # wall seconds for anything
 
 
 def wait_for(condition, limit=LIMIT):

@@ -20,7 +20,7 @@ import waiting
 from train_derail.msg import RunInfo
 from train_derail.srv import Restart
 
-LIMIT = 30.0  # wall seconds for anything
+LIMIT = 150.0  # wall seconds for anything
 
 
 def wait_for(condition, limit=LIMIT):

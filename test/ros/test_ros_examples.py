@@ -21,7 +21,7 @@ import waiting
 from train_derail.msg import Outcome
 from train_derail.srv import Restart
 
-LIMIT = 60.0  # wall seconds for anything
+LIMIT = 150.0  # wall seconds for anything
 KIP = 4448.2216152605  # N
 
 

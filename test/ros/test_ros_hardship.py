@@ -23,7 +23,7 @@ import waiting
 from train_derail.msg import CarStates, Outcome, RunInfo
 from train_derail.srv import Restart
 
-LIMIT = 20.0  # wall seconds for anything
+LIMIT = 150.0  # wall seconds for anything
 
 
 def wait_for(condition, limit=LIMIT):

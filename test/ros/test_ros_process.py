@@ -15,7 +15,7 @@ import yaml
 
 from train_derail.msg import CarStates
 
-LIMIT = 30.0  # wall seconds for anything
+LIMIT = 150.0  # wall seconds for anything
 
 
 def end(node):

@@ -19,7 +19,7 @@ import yaml
 
 from train_derail.srv import Step
 
-LIMIT = 40.0  # wall seconds for anything
+LIMIT = 150.0  # wall seconds for anything
 SIZE = (1600, 900)
 VIEW = (510, 80, 1580, 780)  # of the 3D view in the window: left, top, right, bottom
 

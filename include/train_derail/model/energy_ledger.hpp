@@ -9,32 +9,35 @@ namespace train_derail::model {
 /// Mechanical energy and work of the whole train [J]. Work is what a mechanism has taken from the train: positive when
 /// dissipated. Without error of integration, total() stays constant. Each member has its entry in kEnergyTerms.
 struct EnergyLedger {
-  double kinetic_translation = 0.0;
-  double kinetic_rotation = 0.0;
-  double coupler_axial = 0.0;
-  double coupler_swing = 0.0;
-  double work_on_track = 0.0;
-  double work_off_track = 0.0;
-  double work_rails = 0.0;
-  double work_coupler_damping = 0.0;
-  double work_coupler_break = 0.0;
-  double work_impact_normal = 0.0;
-  double work_impact_friction = 0.0;
-  double work_grade = 0.0;
-  double work_kicks = 0.0;
+  double kinetic_translation = 0.0;   ///< of the centres of mass [J]
+  double kinetic_rotation = 0.0;      ///< of rotation [J]
+  double coupler_axial = 0.0;         ///< strain energy in draft and buff [J]
+  double coupler_swing = 0.0;         ///< strain energy of the swing stops [J]
+  double work_on_track = 0.0;         ///< taken along the track from cars on it [J]
+  double work_off_track = 0.0;        ///< taken by the ground off the track [J]
+  double work_rails = 0.0;            ///< taken sideways by rails that yield [J]
+  double work_coupler_damping = 0.0;  ///< taken by damping of draft gears [J]
+  double work_coupler_break = 0.0;    ///< strain energy lost when couplers broke [J]
+  double work_impact_normal = 0.0;    ///< taken by crushing in impacts [J]
+  double work_impact_friction = 0.0;  ///< taken by friction in impacts [J]
+  double work_grade = 0.0;            ///< lifting, uphill positive [J]
+  double work_kicks = 0.0;            ///< given by kicks, hence negative [J]
 
+  /// Kinetic energy [J].
   double kinetic() const { return kinetic_translation + kinetic_rotation; }
+  /// Sum of all terms [J]; stays what it was at the start but for errors of integration.
   double total() const;
 };
 
 /// One term, as it is called everywhere.
 struct EnergyTerm {
-  std::string_view name;
-  double EnergyLedger::*term;
-  std::string_view title;
-  std::string_view meaning;
+  std::string_view name;       ///< in JSON, messages, studies
+  double EnergyLedger::*term;  ///< its member
+  std::string_view title;      ///< in tables
+  std::string_view meaning;    ///< a sentence that explains it
 };
 
+/// All terms, in the order of tables.
 inline constexpr EnergyTerm kEnergyTerms[] = {
     {"energy_kinetic_translation", &EnergyLedger::kinetic_translation, "left in motion",
      "Kinetic energy of the centres of mass, at stop_time."},

@@ -9,6 +9,7 @@
 
 namespace train_derail::model {
 
+/// A car seen from above: a rectangle.
 struct Footprint {
   Vector2 centre;                  ///< m
   Vector2 axis;                    ///< unit vector, forward
@@ -28,6 +29,7 @@ struct TrackPlace {
   Vector2 tangent;  ///< of the centre line at the foot, unit vector
 };
 
+/// How two footprints overlap.
 struct Touch {
   Vector2 point;   ///< where the deepest corner (or the middle of an edge) of one lies in the other [m]
   Vector2 normal;  ///< unit vector from b to a, along which they overlap least

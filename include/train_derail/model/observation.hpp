@@ -20,13 +20,22 @@ struct TruckPlace {
 
 /// One car. World frame: x forward along the track at the point of derailment, y left, z up; angles by the right hand.
 struct CarObservation {
-  double x = 0.0, y = 0.0, z = 0.0;  ///< centre of mass [m]
-  double qx = 0.0, qy = 0.0, qz = 0.0,
-         qw = 1.0;                         ///< orientation as a unit quaternion; at (0, 0, 0, 1) it heads along +x
-  double theta = 0.0;                      ///< heading, yaw against +x, not wrapped [rad]
-  double vx = 0.0, vy = 0.0, vz = 0.0;     ///< velocity of the centre of mass [m/s]
-  double wx = 0.0, wy = 0.0, omega = 0.0;  ///< angular velocity; omega about z [rad/s]
-  TruckPlace front_truck, rear_truck;
+  double x = 0.0;   ///< centre of mass, forward [m]
+  double y = 0.0;   ///< centre of mass, left [m]
+  double z = 0.0;   ///< centre of mass, up [m]
+  double qx = 0.0;  ///< orientation as a unit quaternion, first imaginary part; at (0, 0, 0, 1) the car heads along +x
+  double qy = 0.0;  ///< second imaginary part
+  double qz = 0.0;  ///< third imaginary part
+  double qw = 1.0;  ///< real part
+  double theta = 0.0;         ///< heading, yaw against +x, not wrapped [rad]
+  double vx = 0.0;            ///< velocity of the centre of mass, forward [m/s]
+  double vy = 0.0;            ///< velocity of the centre of mass, left [m/s]
+  double vz = 0.0;            ///< velocity of the centre of mass, up [m/s]
+  double wx = 0.0;            ///< angular velocity about x [rad/s]
+  double wy = 0.0;            ///< angular velocity about y [rad/s]
+  double omega = 0.0;         ///< angular velocity about z [rad/s]
+  TruckPlace front_truck;     ///< where the front truck is
+  TruckPlace rear_truck;      ///< where the rear truck is
   bool past_pod = false;      ///< the centre of mass has passed the point of derailment
   bool derailed = false;      ///< a truck is off the rails; where rails never yield: past_pod
   Cause cause = Cause::none;  ///< what took its first truck off; rails that yield only
@@ -39,23 +48,28 @@ struct CouplerObservation {
   double axial_force = 0.0;     ///< along the bar, buff positive, draft negative [N]
   double lateral_force = 0.0;   ///< across it; on the lead car along the bar's direction turned by -90 deg [N]
   double vertical_force = 0.0;  ///< on the lead car, up positive [N]
-  double swing_lead = 0.0, swing_trail = 0.0;    ///< yaw of the bar against either car, in (-pi, pi] [rad]
-  double pitch_lead = 0.0, pitch_trail = 0.0;    ///< pitch of the bar against either car [rad]
-  double moment_lead = 0.0, moment_trail = 0.0;  ///< of the swing stop on either car, about z [N m]
-  bool broken = false;                           ///< for good: carries nothing any more
+  double swing_lead = 0.0;      ///< yaw of the bar against the lead car, in (-pi, pi] [rad]
+  double swing_trail = 0.0;     ///< yaw of the bar against the trail car, in (-pi, pi] [rad]
+  double pitch_lead = 0.0;      ///< pitch of the bar against the lead car [rad]
+  double pitch_trail = 0.0;     ///< pitch of the bar against the trail car [rad]
+  double moment_lead = 0.0;     ///< moment of the swing stop on the lead car, about z [N m]
+  double moment_trail = 0.0;    ///< moment of the swing stop on the trail car, about z [N m]
+  bool broken = false;          ///< for good: carries nothing any more
 };
 
 /// Cars in the order of the train; coupler i (from 0) joins cars i (lead) and i + 1 (trail).
 struct Observation {
-  std::vector<CarObservation> cars;
-  std::vector<CouplerObservation> couplers;
+  std::vector<CarObservation> cars;          ///< from the foremost car back
+  std::vector<CouplerObservation> couplers;  ///< one less than cars
 };
 
 /// All cars as seen from above, column by column, for loops over long trains. Valid until the state changes.
 struct PlanColumns {
-  const double *x, *y;    ///< centre of mass [m]
-  const double *vx, *vy;  ///< its velocity [m/s]
-  const double* omega;    ///< yaw rate [rad/s]
+  const double* x;      ///< centre of mass, forward [m]
+  const double* y;      ///< centre of mass, left [m]
+  const double* vx;     ///< its velocity, forward [m/s]
+  const double* vy;     ///< its velocity, left [m/s]
+  const double* omega;  ///< yaw rate [rad/s]
 };
 
 }  // namespace train_derail::model

@@ -15,7 +15,9 @@ struct PlanarKernels;
 
 /// Linear momentum [kg m/s] and angular momentum about the origin [kg m^2/s].
 struct Momentum {
-  double x = 0.0, y = 0.0, angular = 0.0;
+  double x = 0.0;        ///< forward
+  double y = 0.0;        ///< left
+  double angular = 0.0;  ///< counter-clockwise
 };
 
 /// States are laid out as in state_layout.hpp. Heights, roll, pitch and vertical forces are zero.
@@ -36,15 +38,18 @@ class PlanarModel : public TrainModel {
   virtual CouplerState<double> coupler(const double* y, Eigen::Index i) const;
   /// All of them.
   virtual std::vector<CouplerState<double>> couplers(const double* y) const;
+  /// The coupler has broken, for good.
   virtual bool broken(Eigen::Index /*coupler*/) const { return false; }
 
   /// The point of the car's axis that lies `offset` ahead of its centre [m].
   PointMotion point(const double* y, Eigen::Index car, double offset) const { return car_motion(y, car).point(offset); }
+  /// Coupler pins and truck centres of a car.
   PointMotion front_pin(const double* y, Eigen::Index car) const { return point(y, car, half_length_[car]); }
   PointMotion rear_pin(const double* y, Eigen::Index car) const { return point(y, car, -half_length_[car]); }
   PointMotion front_truck(const double* y, Eigen::Index car) const { return point(y, car, half_spacing_[car]); }
   PointMotion rear_truck(const double* y, Eigen::Index car) const { return point(y, car, -half_spacing_[car]); }
 
+  /// Of the whole train.
   Momentum momentum(const double* y) const;
 
  protected:

@@ -28,6 +28,7 @@ struct TrackTable {
   }
 };
 
+/// One track; see above.
 class Track {
  public:
   /// Knows arc lengths from `s_min` to `s_max` [m] and all curves; beyond them the track is straight and whole.
@@ -35,6 +36,7 @@ class Track {
 
   bool straight() const { return nodes_.empty(); }
 
+  /// A place of the centre line.
   struct Node {
     Vector2 point;    ///< m
     Vector2 tangent;  ///< unit vector

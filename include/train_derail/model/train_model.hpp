@@ -46,9 +46,13 @@ class TrainModel {
   TrainModel& operator=(const TrainModel&) = delete;
   virtual ~TrainModel() = default;
 
+  /// Number of cars.
   Eigen::Index car_count() const { return static_cast<Eigen::Index>(cars_.size()); }
+  /// Number of couplers.
   Eigen::Index coupler_count() const { return car_count() - 1; }
+  /// The cars, from the foremost back.
   const std::vector<Car>& cars() const { return cars_; }
+  /// The law of all couplers.
   const inputs::Coupler& coupler_law() const { return coupler_; }
 
   /// Length of a state vector.

@@ -38,7 +38,7 @@ struct EngineOptions {
 };
 
 /// Motion of one car in the world frame: x along the track, y to the left, angles counter-clockwise.
-struct CarMotion {
+struct BodyMotion {
   double x, y, theta;    ///< centre of mass [m] and heading [rad]
   double vx, vy, omega;  ///< velocity of the centre of mass [m/s] and yaw rate [rad/s]
 };
@@ -72,7 +72,7 @@ class Engine {
   /// Whether the run has ended.
   bool ended() const;
   /// Motion of all cars at time(), from the foremost car back.
-  std::vector<CarMotion> cars() const;
+  std::vector<BodyMotion> cars() const;
   /// Forces of all couplers at time(), in the order of the train.
   std::vector<CouplerForce> coupler_forces() const;
   /// Outcome so far; final once ended(). It is defined as for the purpose-built model, but computed by separate code.

@@ -12,7 +12,7 @@
 
 namespace train_derail::outcome {
 
-struct Loops;
+struct MonitorLoops;
 struct MonitoredCars;
 
 /// One object a run. It sees states only through the model's observations.
@@ -81,7 +81,7 @@ class Monitor {
   void report_incidents(const model::Incidents& incidents, Outcome& outcome) const;
 
   const model::TrainModel& model_;
-  const Loops& loops_;
+  const MonitorLoops& loops_;
   const inputs::OutcomeRules rules_;
   double energy_initial_;
   double step_time_;

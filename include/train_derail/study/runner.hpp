@@ -1,4 +1,5 @@
-// Runs what a study still lacks, on all cores.
+/// \file
+/// Runs what a study still lacks, on all cores.
 #pragma once
 
 #include <atomic>
@@ -13,22 +14,24 @@
 
 namespace train_derail::study {
 
+/// How a study is run.
 struct RunOptions {
-  std::string folder;
-  int jobs = 0;         // threads; 0: one a core
-  bool resume = false;  // without it a folder that already holds runs is refused
+  std::string folder;   ///< where the results go
+  int jobs = 0;         ///< threads; 0: one a core
+  bool resume = false;  ///< without it a folder that already holds runs is refused
   Shard shard;
 };
 
 using simulation::Progress;
 
+/// What a call of run_study() has done.
 struct RunReport {
-  std::int64_t runs = 0;              // of this shard that are in the journal now
-  std::int64_t computed = 0;          // by this call
-  std::int64_t failed = 0;            // of these; they are in the journal with their reason
-  bool stopped = false;               // before all was done
-  double wall_time = 0.0;             // s
-  std::vector<std::string> problems;  // lines of journals that were not good: their runs have been computed anew
+  std::int64_t runs = 0;              ///< of this shard that are in the journal now
+  std::int64_t computed = 0;          ///< by this call
+  std::int64_t failed = 0;            ///< of these; they are in the journal with their reason
+  bool stopped = false;               ///< before all was done
+  double wall_time = 0.0;             ///< s
+  std::vector<std::string> problems;  ///< lines of journals that were not good: their runs have been computed anew
 };
 
 /// Results depend on the study alone: not on threads, order or interruptions.

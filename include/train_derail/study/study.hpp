@@ -40,12 +40,14 @@ enum class Plan {
 enum class Distribution { uniform, log_uniform, normal };
 
 /// What computes the runs: the purpose-built model, or the multibody engine that checks it.
-enum class Engine { purpose_built, multibody };
+enum class EngineChoice { purpose_built, multibody };
 
-/// Names of Engine in files and on the command line, by its value.
+/// Names of EngineChoice in files and on the command line, by its value.
 inline constexpr std::array<std::string_view, 2> kEngineNames{"purpose_built", "multibody"};
 /// Returns the name of an engine.
-inline std::string to_string(Engine engine) { return std::string(kEngineNames[static_cast<std::size_t>(engine)]); }
+inline std::string to_string(EngineChoice engine) {
+  return std::string(kEngineNames[static_cast<std::size_t>(engine)]);
+}
 /// Returns the name of a plan in files.
 std::string to_string(Plan plan);
 
@@ -64,17 +66,17 @@ struct Factor {
 
 /// A study.
 struct Study {
-  std::string source;                     ///< its name in errors: the path of its file
-  std::string title;                      ///< one line for tables and pictures
-  inputs::Scenario base;                  ///< base scenario
-  std::vector<Factor> factors;            ///< inputs that vary; none for an ensemble of the base
-  Plan plan = Plan::one_at_a_time;        ///< how the points are chosen
-  int samples = 0;                        ///< number of samples of a random plan
-  int replicates = 1;                     ///< runs for each point, each with its own perturbation
-  inputs::Perturbation perturbation;      ///< sizes of the perturbation of every run; its seed is not used
-  std::vector<std::string> outcomes;      ///< names of the outcome::quantities() that are summarised and drawn
-  std::int64_t seed = 1;                  ///< seed of the points and of all perturbations
-  Engine engine = Engine::purpose_built;  ///< set by the command line, not by the study file
+  std::string source;                 ///< its name in errors: the path of its file
+  std::string title;                  ///< one line for tables and pictures
+  inputs::Scenario base;              ///< base scenario
+  std::vector<Factor> factors;        ///< inputs that vary; none for an ensemble of the base
+  Plan plan = Plan::one_at_a_time;    ///< how the points are chosen
+  int samples = 0;                    ///< number of samples of a random plan
+  int replicates = 1;                 ///< runs for each point, each with its own perturbation
+  inputs::Perturbation perturbation;  ///< sizes of the perturbation of every run; its seed is not used
+  std::vector<std::string> outcomes;  ///< names of the outcome::quantities() that are summarised and drawn
+  std::int64_t seed = 1;              ///< seed of the points and of all perturbations
+  EngineChoice engine = EngineChoice::purpose_built;  ///< set by the command line, not by the study file
   std::string fitted_on;  ///< for validations: file that describes the accidents that the base was fitted on, or empty
 };
 
@@ -142,7 +144,7 @@ std::int64_t run_count(const Study& study);
 std::vector<std::string> check(const Study& study, const std::atomic<bool>* stop = nullptr);
 
 /// Returns why runs of this scenario with different seeds would all be equal, or "" if they can differ.
-std::string why_equal(const inputs::Scenario& scenario, Engine engine);
+std::string why_equal(const inputs::Scenario& scenario, EngineChoice engine);
 
 /// One run of a study. Runs are numbered point by point: index = point * replicates + replicate, all from 0.
 struct Run {

@@ -67,7 +67,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
 /// Where and how the members are computed.
-struct RunOptions {
+struct ValidationOptions {
   std::string folder;   ///< results folder with the journal
   int jobs = 0;         ///< threads; 0: one for each core
   bool resume = false;  ///< whether the folder may hold finished runs; only the missing ones are computed then
@@ -75,7 +75,7 @@ struct RunOptions {
 /// Computes all members of all rows with a journal in a folder, so that it can go on after a kill or stop. The folder
 /// belongs to this study and these rows. Throws as above, and std::runtime_error if the folder holds other results,
 /// holds finished runs without `resume`, or cannot be written; throws inputs::InputError if its files cannot be read.
-Ensembles run(const study::Study& study, const AccidentTable& accidents, const RunOptions& options,
+Ensembles run(const study::Study& study, const AccidentTable& accidents, const ValidationOptions& options,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
 /// The scores of one way to predict, on a group of rows.
