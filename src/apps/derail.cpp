@@ -102,6 +102,7 @@ class Outputs {
     open(a.csv, csv_);
     open(a.incidents, incidents_);
     open(a.json, json_);
+    open(a.checkpoint, checkpoint_);
   }
 
   /// Must be called before the first step.
@@ -120,6 +121,14 @@ class Outputs {
     }
     if (bag_) bag_->grid_point(s);
   }
+  /// The run is still to be saved, as --checkpoint asks.
+  bool saves() const { return checkpoint_ && !saved_; }
+  /// Saves it; the file is there from now on, whatever becomes of the rest of the run.
+  void save(const simulation::Simulation& s) {
+    simulation::write_checkpoint(s.checkpoint(), checkpoint_->stream());
+    checkpoint_->commit();
+    saved_ = true;
+  }
   /// Returns the names of what has been written.
   std::vector<std::string> finish(const simulation::Simulation& s, const outcome::Outcome& outcome) {
     if (incidents_) outcome::write_incidents_csv(incidents_->stream(), s.incidents());
@@ -130,6 +139,7 @@ class Outputs {
       (*file)->commit();
       written.push_back((*file)->path());
     }
+    if (saved_) written.push_back(checkpoint_->path());
     if (bag_) written.push_back(bag_->close(s, outcome));
     return written;
   }
@@ -147,7 +157,8 @@ class Outputs {
   }
 
   files::Existing existing_;
-  std::optional<files::OutputFile> csv_, incidents_, json_;
+  std::optional<files::OutputFile> csv_, incidents_, json_, checkpoint_;
+  bool saved_ = false;
   std::unique_ptr<apps::BagOutput> bag_;
   std::vector<std::string> paths_;
 };
@@ -185,10 +196,9 @@ int run(const RunArguments& a) {
   apps::say_warnings(scenario, apps::overrides(a.set),
                      table ? simulation.outcome().warnings : std::vector<std::string>());
   outputs.start(a, simulation);
-  bool saved = !a.checkpoint;
   {
     apps::ProgressLine progress(!a.quiet);
-    if (!progress.shown() && !outputs.follows() && saved)
+    if (!progress.shown() && !outputs.follows() && !outputs.saves())
       simulation.run(&apps::stop);  // without stops at the output grid, since nobody needs them
     const double interval = scenario.output.interval;
     for (auto tick = static_cast<std::int64_t>(simulation.time() / interval) + 1; !simulation.ended() && !apps::stop;
@@ -196,10 +206,7 @@ int run(const RunArguments& a) {
       const double before = simulation.time();
       simulation.advance(static_cast<double>(tick) * interval, &apps::stop);
       if (simulation.time() > before) outputs.grid_point(simulation);
-      if (!saved && (simulation.time() >= save_at || simulation.ended())) {
-        simulation::write_checkpoint(simulation.checkpoint(), *a.checkpoint, apps::existing(a.force));
-        saved = true;
-      }
+      if (outputs.saves() && (simulation.time() >= save_at || simulation.ended())) outputs.save(simulation);
       progress.update(progress_of(simulation), fmt::format("{:.1f} s simulated", simulation.time()));
     }
   }

@@ -15,11 +15,7 @@ namespace train_derail::model {
 
 namespace {
 
-#ifdef TRAIN_DERAIL_X86
-constexpr Versions<DerailmentKernels> kVersions{&kAvx512, &kAvx2, &kSse2, &kPlain};
-#else
-constexpr Versions<DerailmentKernels> kVersions{nullptr, nullptr, nullptr, &kPlain};
-#endif
+constexpr Versions<DerailmentKernels> kVersions TRAIN_DERAIL_VERSIONS(k);
 
 }  // namespace
 

@@ -14,11 +14,7 @@ namespace train_derail::model {
 
 namespace {
 
-#ifdef TRAIN_DERAIL_X86
-constexpr Versions<ExtendedKernels> kVersions{&kExtendedAvx512, &kExtendedAvx2, &kExtendedSse2, &kExtendedPlain};
-#else
-constexpr Versions<ExtendedKernels> kVersions{nullptr, nullptr, nullptr, &kExtendedPlain};
-#endif
+constexpr Versions<ExtendedKernels> kVersions TRAIN_DERAIL_VERSIONS(kExtended);
 
 }  // namespace
 

@@ -28,10 +28,8 @@ void write_incidents_csv(std::ostream& out, const model::Incidents& incidents) {
                             i.closing_speed, i.closing_speed_normal, i.impulse, i.peak_force));
   }
   std::stable_sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  out << "time_s,what,car_a,car_b,where_a,where_b,cause,x_m,y_m,along_a_m,along_b_m,closing_speed_m_s,closing_speed_"
-         "normal_m_"
-         "s,"
-         "impulse_N_s,peak_force_N\n";
+  out << "time_s,what,car_a,car_b,where_a,where_b,cause,x_m,y_m,along_a_m,along_b_m,"
+         "closing_speed_m_s,closing_speed_normal_m_s,impulse_N_s,peak_force_N\n";
   for (const auto& row : rows) out << row.second << '\n';
 }
 

@@ -6,11 +6,7 @@ namespace train_derail::outcome {
 
 namespace {
 
-#ifdef TRAIN_DERAIL_X86
-constexpr Versions<MonitorLoops> kVersions{&kLoopsAvx512, &kLoopsAvx2, &kLoopsSse2, &kLoopsPlain};
-#else
-constexpr Versions<MonitorLoops> kVersions{nullptr, nullptr, nullptr, &kLoopsPlain};
-#endif
+constexpr Versions<MonitorLoops> kVersions TRAIN_DERAIL_VERSIONS(kLoops);
 
 }  // namespace
 

@@ -15,6 +15,15 @@
 
 namespace train_derail {
 
+/// The versions of a set of loops, from the objects name##Plain and, on x86, name##Sse2, name##Avx2, name##Avx512.
+#ifdef TRAIN_DERAIL_X86
+#define TRAIN_DERAIL_VERSIONS(name) \
+  { &name##Avx512, &name##Avx2, &name##Sse2, &name##Plain }
+#else
+#define TRAIN_DERAIL_VERSIONS(name) \
+  { nullptr, nullptr, nullptr, &name##Plain }
+#endif
+
 /// One object a version, each with instruction_set (its name) and lanes.
 template <class Kernels>
 struct Versions {

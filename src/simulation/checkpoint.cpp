@@ -1,5 +1,6 @@
 #include "train_derail/simulation/checkpoint.hpp"
 
+#include <ostream>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -28,15 +29,12 @@ void walk(Checkpoint& checkpoint, files::Archive& archive) {
 
 }  // namespace
 
-void write_checkpoint(const Checkpoint& checkpoint, const std::string& path, files::Existing existing) {
-  files::OutputFile file(path, existing);
+void write_checkpoint(const Checkpoint& checkpoint, std::ostream& out) {
   files::Archive archive;
-  Checkpoint copy = checkpoint;
+  Checkpoint copy = checkpoint;  // a walk may change what it walks over
   walk(copy, archive);
   const std::vector<std::uint8_t> bytes = archive.bytes();
-  file.stream() << kMark << TRAIN_DERAIL_VERSION << ", checksum " << files::crc64_text(text_of(bytes)) << "\n"
-                << text_of(bytes);
-  file.commit();
+  out << kMark << TRAIN_DERAIL_VERSION << ", checksum " << files::crc64_text(text_of(bytes)) << "\n" << text_of(bytes);
 }
 
 Checkpoint read_checkpoint(const std::string& path) {

@@ -6,11 +6,7 @@ namespace train_derail::solver {
 
 namespace {
 
-#ifdef TRAIN_DERAIL_X86
-constexpr Versions<VectorLoops> kVersions{&kLoopsAvx512, &kLoopsAvx2, &kLoopsSse2, &kLoopsPlain};
-#else
-constexpr Versions<VectorLoops> kVersions{nullptr, nullptr, nullptr, &kLoopsPlain};
-#endif
+constexpr Versions<VectorLoops> kVersions TRAIN_DERAIL_VERSIONS(kLoops);
 
 }  // namespace
 

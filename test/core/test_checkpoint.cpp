@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "extended_fixtures.hpp"
+#include "train_derail/files/output_file.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/report.hpp"
@@ -51,6 +52,12 @@ std::string refusal(const std::function<void()>& call) {
   return "no error";
 }
 
+void save(const Simulation& s, const std::string& path) {
+  files::OutputFile file(path, files::Existing::replace);
+  write_checkpoint(s.checkpoint(), file.stream());
+  file.commit();
+}
+
 class Saved : public testing::TestWithParam<inputs::Scenario (*)()> {};
 
 TEST_P(Saved, RunGoesOnBitForBit) {
@@ -68,7 +75,7 @@ TEST_P(Saved, RunGoesOnBitForBit) {
     EXPECT_EQ(all_of(second), all_of(first));
     second.advance(t + 0.1234);
     const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "run.checkpoint";
-    write_checkpoint(second.checkpoint(), file.string(), files::Existing::replace);
+    save(second, file.string());
     Simulation third(s, read_checkpoint(file.string()));
     third.run();
     EXPECT_EQ(all_of(third), all_of(whole)) << "saved at " << t;
@@ -133,7 +140,7 @@ TEST(Checkpoint, BelievesNoDamagedFile) {
   const std::string path = (std::filesystem::path(testing::TempDir()) / "damaged.checkpoint").string();
   Simulation run(test::accident(5));
   run.advance(0.5);
-  write_checkpoint(run.checkpoint(), path, files::Existing::replace);
+  save(run, path);
   std::ifstream in(path, std::ios::binary);
   const std::string whole{std::istreambuf_iterator<char>(in), {}};
   test::Random random(3);

@@ -99,6 +99,43 @@ TEST_F(CliFiles, WhatExistsIsWrittenOverOnlyByForce) {
   EXPECT_EQ(count(), 4);
 }
 
+TEST_F(CliFiles, ACheckpointGoesOnWithTheRunAndIsRefusedBeforeTheComputing) {
+  const std::string steps = " --set solver.method=semi_implicit --set solver.fixed_step=2e-4 --quiet";
+  const std::string run = "run " + at("train.yaml") + kShort + steps;
+  // All but the computing time is as in the run that was not saved.
+  const auto outcome = [&](const std::string& options) {
+    const Result r = derail(run + options + " --json -");
+    EXPECT_EQ(r.code, 0) << r.out;
+    auto json = nlohmann::json::parse(r.out);
+    json.erase("wall_time");
+    return json;
+  };
+  const auto whole = outcome("");
+  EXPECT_EQ(outcome(" --checkpoint " + at("half") + " --checkpoint-time \"0.5 s\""), whole);
+  EXPECT_EQ(outcome(" --from " + at("half")), whole);
+  EXPECT_EQ(outcome(" --checkpoint " + at("end")), whole);
+  EXPECT_EQ(outcome(" --from " + at("end")), whole);
+
+  const std::string before = content(at("half"));
+  const Result existing = derail("run " + at("train.yaml") + steps +
+                                 " --set consist[0].count=1000 --set stop.time_max=1000 --checkpoint " + at("half"));
+  EXPECT_EQ(existing.code, 1);
+  EXPECT_EQ(content(at("half")), before);
+  for (const auto& [options, says] : {std::pair{" --checkpoint-time \"5 s\"", "nothing is to be saved"},
+                                      std::pair{" --checkpoint-time soon --checkpoint c", "--checkpoint-time = 'soon'"},
+                                      std::pair{" --checkpoint-time=-1 --checkpoint c", "before the run begins"},
+                                      std::pair{" --seeds 3 --checkpoint c", "--checkpoint"}}) {
+    const Result wrong = derail(run + options);
+    EXPECT_EQ(wrong.code, 2) << options;
+    EXPECT_NE(wrong.out.find(says), std::string::npos) << wrong.out;
+  }
+  const Result smooth = derail("run " + at("train.yaml") + " --checkpoint " + at("smooth"));
+  EXPECT_EQ(smooth.code, 2);
+  EXPECT_FALSE(fs::exists(at("smooth")));
+  EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --from " + at("half")).code, 2);
+  EXPECT_EQ(derail(run + " --from " + at("train.yaml")).code, 2);
+}
+
 TEST_F(CliFiles, OutputsAreNeitherInputsNorEachOther) {
   const std::string before = content(at("train.yaml"));
   fs::create_symlink(at("train.yaml"), at("link"));

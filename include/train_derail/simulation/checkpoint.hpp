@@ -3,10 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
 #include <string>
 #include <vector>
-
-#include "train_derail/files/output_file.hpp"
 
 namespace train_derail::simulation {
 
@@ -18,9 +17,8 @@ struct Checkpoint {
   std::vector<std::uint8_t> bytes;    ///< for files::Archive
 };
 
-/// Writes it to a file, whole or not at all. Throws as files::OutputFile does.
-void write_checkpoint(const Checkpoint& checkpoint, const std::string& path,
-                      files::Existing existing = files::Existing::refuse);
+/// Writes it to a stream, best of a files::OutputFile: whole or not at all.
+void write_checkpoint(const Checkpoint& checkpoint, std::ostream& out);
 
 /// Throws inputs::InputError if the file cannot be read, is no checkpoint, is damaged, or was written by another
 /// version of train_derail (whose arithmetic may differ).
