@@ -117,6 +117,22 @@ Impacts to_message(const std::vector<model::Impact>& impacts, double time, const
   return m;
 }
 
+PileUp to_message(const Heap& heap, double time, const std_msgs::Header& header, std::uint32_t run_id) {
+  PileUp m;
+  m.header = header;
+  m.run_id = run_id;
+  m.time = time;
+  m.pose.position.x = heap.x;
+  m.pose.position.y = heap.y;
+  m.pose.orientation.z = std::sin(0.5 * heap.yaw);
+  m.pose.orientation.w = std::cos(0.5 * heap.yaw);
+  m.length = heap.length;
+  m.width = heap.width;
+  m.first_car = static_cast<std::uint32_t>(heap.first_car);
+  m.last_car = static_cast<std::uint32_t>(heap.last_car);
+  return m;
+}
+
 Outcome to_message(const outcome::Outcome& o, const std_msgs::Header& header, std::uint32_t run_id) {
   Outcome m;
   m.header = header;

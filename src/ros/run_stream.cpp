@@ -85,13 +85,15 @@ void RunStream::send_grid_point(const simulation::Simulation& simulation, const 
     return last_.time - touch.time >= scene_->flash_time();
   });
   last_touches_.assign(recent.base(), touches.end());
-  pile_up_.update(last_);
+  heap_ = find_heap(simulation.cars(), last_.cars);
+  pile_up_.update(heap_, last_.time);
   rosgraph_msgs::Clock clock;
   clock.clock = h.stamp;
   send<ClockTopic>(clock);
   send<TfTopic>(moving_frames(h));
   send<CarsTopic>(to_message(last_.cars, last_.time, h, run_id_));
   send<CouplersTopic>(to_message(last_.couplers, last_.time, h, run_id_));
+  send<PileUpTopic>(to_message(heap_, last_.time, h, run_id_));
   markers_sent_ = false;
   if (options_.markers_every > 0 &&
       (markers_empty_ || (grid_points_ % options_.markers_every == 0 && markers_wanted()))) {
@@ -146,6 +148,7 @@ void RunStream::run_info(const simulation::Simulation& simulation, const RunStat
   info.interval = simulation.scenario().output.interval;
   info.cars = static_cast<std::uint32_t>(simulation.cars().size());
   info.title = simulation.scenario().title;
+  info.kept_until = info.time;
   send<RunInfoTopic>(info);
 }
 

@@ -456,13 +456,16 @@ TEST(Topics, NamesAreBelowTheNodeOrForAll) {
   });
 }
 
-TEST(PileUpFollower, GoesToTheMiddleOfTheDerailedCars) {
+TEST(PileUpFollower, GoesToTheMiddleOfTheHeap) {
   PileUpFollower follower;
-  follower.update({0.0, {car(0, true, false), car(-20, false, false)}, {}});
+  Heap heap;
+  follower.update(heap, 0.0);
   EXPECT_EQ(follower.x(), 0.0);
-  for (int i = 1; i < 500; ++i)
-    follower.update({0.02 * i, {car(30, true, false), car(10, false, true), car(-90, false, false)}, {}});
+  heap.x = 20.0;
+  heap.y = -3.0;
+  for (int i = 1; i < 500; ++i) follower.update(heap, 0.02 * i);
   EXPECT_NEAR(follower.x(), 20.0, 1e-3);
+  EXPECT_NEAR(follower.y(), -3.0, 1e-3);
 }
 
 TEST(CommandQueue, AnswersWithdrawsAndCloses) {

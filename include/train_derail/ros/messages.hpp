@@ -14,9 +14,11 @@
 #include "train_derail/Impacts.h"
 #include "train_derail/Inputs.h"
 #include "train_derail/Outcome.h"
+#include "train_derail/PileUp.h"
 #include "train_derail/outcome/outcome.hpp"
 #include "train_derail/ros/event_detector.hpp"
 #include "train_derail/ros/frames.hpp"
+#include "train_derail/ros/pile_up_follower.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::ros_face {
@@ -35,6 +37,8 @@ Outcome to_message(const outcome::Outcome& outcome, const std_msgs::Header& head
 /// Message of ~inputs. `cars` are those of `scenario`.
 Inputs to_message(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const std_msgs::Header& header,
                   std::uint32_t run_id);
+/// Message of ~pile_up.
+PileUp to_message(const Heap& heap, double time, const std_msgs::Header& header, std::uint32_t run_id);
 /// Message of ~events.
 Event to_message(const Occurrence& occurrence, const std_msgs::Header& header, std::uint32_t run_id);
 

@@ -90,6 +90,7 @@ class RunStream {
   // Of the last grid point, for complete_markers().
   bool markers_sent_ = false;
   simulation::Snapshot last_;
+  Heap heap_;  ///< of it
   outcome::Outcome last_outcome_;
   std::vector<outcome::FirstTouch> last_touches_;  ///< touches that are recent enough to be shown
 };

@@ -20,6 +20,7 @@
 #include "train_derail/Impacts.h"
 #include "train_derail/Inputs.h"
 #include "train_derail/Outcome.h"
+#include "train_derail/PileUp.h"
 #include "train_derail/RunInfo.h"
 
 namespace train_derail::ros_face {
@@ -74,6 +75,18 @@ struct MarkersTopic {
       "gap, track with its curves, legends, text; where rails yield the colour says what derailed a car; for a "
       "simulated second a star with the closing speed wherever two cars come to touch"};
 };
+struct TrackMarkersTopic {
+  using Message = visualization_msgs::MarkerArray;
+  static constexpr TopicFacts facts{"~track_markers", 1, Latched::yes,
+                                    "what does not move: ground, ballast, ties, rails with their curves, the point of "
+                                    "derailment, a ruler of 50 m and of 100 ft along the track; once a run"};
+};
+struct PileUpTopic {
+  using Message = PileUp;
+  static constexpr TopicFacts facts{"~pile_up", kStreamQueue, Latched::yes,
+                                    "where the heap of cars lies, how long and wide it is, for cameras; same grid and "
+                                    "stamps as `~cars`"};
+};
 struct EventsTopic {
   using Message = Event;
   static constexpr TopicFacts facts{"~events", kStreamQueue, Latched::no,
@@ -102,8 +115,8 @@ struct RunInfoTopic {
 };
 
 /// All topics of a run.
-using Topics = std::tuple<ClockTopic, TfTopic, TfStaticTopic, CarsTopic, CouplersTopic, MarkersTopic, EventsTopic,
-                          InputsTopic, ImpactsTopic, OutcomeTopic, RunInfoTopic>;
+using Topics = std::tuple<ClockTopic, TfTopic, TfStaticTopic, CarsTopic, CouplersTopic, PileUpTopic, TrackMarkersTopic,
+                          MarkersTopic, EventsTopic, InputsTopic, ImpactsTopic, OutcomeTopic, RunInfoTopic>;
 
 inline constexpr std::size_t kTopicCount = std::tuple_size_v<Topics>;
 
