@@ -22,12 +22,12 @@ struct Rgb {
 
 /// What a car is.
 enum class Look : std::uint8_t {
-  on_track,        ///< on the rails
-  past_point,      ///< where rails never yield: past the point of derailment
-  off_track,       ///< where rails never yield: off the track before the point
-  at_point,        ///< where rails yield: derailed at the point of derailment
-  by_lateral,      ///< where rails yield: derailed by lateral force
-  by_torn_track,   ///< where rails yield: derailed on track that others had torn up
+  on_track,       ///< on the rails
+  past_point,     ///< where rails never yield: past the point of derailment
+  off_track,      ///< where rails never yield: off the track before the point
+  at_point,       ///< where rails yield: derailed at the point of derailment
+  by_lateral,     ///< where rails yield: derailed by lateral force
+  by_torn_track,  ///< where rails yield: derailed on track that others had torn up
 };
 inline constexpr std::size_t kLooks = 6;
 
