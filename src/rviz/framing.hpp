@@ -38,11 +38,11 @@ struct Direction {
 
 /// A picture: its shape, and what a camera sees.
 struct Picture {
-  double field_of_view;         ///< from its lower to its upper edge [rad]
-  double aspect;                ///< width over height
-  Margins margins = kMargins;   ///< to be kept free
-  double width_share = 0.80;    ///< part of the free width that a box may take
-  double height_share = 0.94;   ///< part of the free height
+  double field_of_view;        ///< from its lower to its upper edge [rad]
+  double aspect;               ///< width over height
+  Margins margins = kMargins;  ///< to be kept free
+  double width_share = 0.80;   ///< part of the free width that a box may take
+  double height_share = 0.94;  ///< part of the free height
 };
 
 /// Where a camera is.

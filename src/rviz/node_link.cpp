@@ -155,6 +155,9 @@ struct NodeLink::Core {
       data.run_info.reset();
       data.inputs.reset();
       data.outcome.reset();
+      data.cars.reset();
+      data.couplers.reset();
+      data.pile_up.reset();
       data.train = {};
       data.forces = {};
       data.player.clear();
@@ -169,6 +172,7 @@ struct NodeLink::Core {
         handle.subscribe(ros_face::topic_name(ros_face::CarsTopic::facts, node), 2, &Core::on_cars, this),
         handle.subscribe(ros_face::topic_name(ros_face::CouplersTopic::facts, node), kForcesQueue, &Core::on_couplers,
                          this),
+        handle.subscribe(ros_face::topic_name(ros_face::PileUpTopic::facts, node), 2, &Core::on_pile_up, this),
     };
   }
 
@@ -221,13 +225,20 @@ struct NodeLink::Core {
     }
     const std::lock_guard<std::mutex> lock(mutex);
     see_publisher(event);
+    data.cars = message;
     data.train = train;
     rate.add(Clock::now(), train.time);
   }
   void on_couplers(const ::ros::MessageEvent<CouplerForces const>& event) {
     const std::lock_guard<std::mutex> lock(mutex);
     see_publisher(event);
-    data.forces.add(*event.getConstMessage());
+    data.couplers = event.getConstMessage();
+    data.forces.add(*data.couplers);
+  }
+  void on_pile_up(const ::ros::MessageEvent<PileUp const>& event) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    see_publisher(event);
+    data.pile_up = event.getConstMessage();
   }
 
   void answered(const std::string& node, Answer answer) {

@@ -10,8 +10,11 @@
 
 #include "rviz/force_record.hpp"
 #include "rviz/worker.hpp"
+#include "train_derail/CarStates.h"
+#include "train_derail/CouplerForces.h"
 #include "train_derail/Inputs.h"
 #include "train_derail/Outcome.h"
+#include "train_derail/PileUp.h"
 #include "train_derail/RunInfo.h"
 
 namespace train_derail::rviz_panel {
@@ -42,6 +45,9 @@ struct NodeView {
   RunInfo::ConstPtr run_info;
   Inputs::ConstPtr inputs;
   Outcome::ConstPtr outcome;
+  CarStates::ConstPtr cars;  // these three: the last ones
+  CouplerForces::ConstPtr couplers;
+  PileUp::ConstPtr pile_up;
   TrainNow train;
   ForceRecord forces;
   std::optional<double> achieved_rate;  // simulated seconds per wall second, while running

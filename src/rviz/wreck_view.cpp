@@ -12,7 +12,6 @@
 #include <Eigen/Geometry>
 #include <QEvent>
 
-#include <pluginlib/class_list_macros.hpp>
 #include <ros/names.h>
 #include <ros/node_handle.h>
 #include <rviz/display_context.h>
@@ -23,6 +22,7 @@
 #include <rviz/properties/int_property.h>
 #include <rviz/properties/vector_property.h>
 #include <rviz/viewport_mouse_event.h>
+#include <pluginlib/class_list_macros.hpp>
 
 #include "train_derail/ros/topics.hpp"
 
@@ -158,8 +158,8 @@ void WreckView::subscribe() {
   const std::string node = ::ros::names::resolve(name, false);
   ::ros::NodeHandle handle;
   // A camera needs the newest only.
-  pile_up_subscriber_ = handle.subscribe(ros_face::topic_name(ros_face::PileUpTopic::facts, node), 1,
-                                         &WreckView::on_pile_up, this);
+  pile_up_subscriber_ =
+      handle.subscribe(ros_face::topic_name(ros_face::PileUpTopic::facts, node), 1, &WreckView::on_pile_up, this);
   if (shown() == Show::train || shown() == Show::car) {
     cars_subscriber_ =
         handle.subscribe(ros_face::topic_name(ros_face::CarsTopic::facts, node), 1, &WreckView::on_cars, this);
@@ -222,8 +222,7 @@ void WreckView::update(float wall_dt, float /*ros_dt*/) {
 void WreckView::set_camera() {
   const Ogre::Viewport* viewport = camera_->getViewport();
   if (viewport == nullptr || viewport->getActualHeight() <= 0 || viewport->getActualWidth() <= 0) return;
-  const Picture picture{kFieldOfView,
-                        static_cast<double>(viewport->getActualWidth()) / viewport->getActualHeight()};
+  const Picture picture{kFieldOfView, static_cast<double>(viewport->getActualWidth()) / viewport->getActualHeight()};
   const Box box = box_ ? *box_ : heap_box(Eigen::Vector3d::Zero(), 0.0, 0.0, 0.0);
   Camera camera = frame(box, {yaw_->getFloat(), pitch_->getFloat()}, picture);
   camera.focus += turned(box.heading) * to_eigen(offset_->getVector());
@@ -231,7 +230,8 @@ void WreckView::set_camera() {
 
   Ogre::Matrix3 axes;
   for (int i = 0; i < 3; ++i) axes.SetColumn(static_cast<std::size_t>(i), to_ogre(camera.axes.col(i)));
-  // Ogre would rather move a node that the camera sits on; but RViz's other views, when they take over, ask the camera.
+    // Ogre would rather move a node that the camera sits on; but RViz's other views, when they take over, ask the
+    // camera.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
   camera_->setPosition(to_ogre(camera.position()));
@@ -243,8 +243,9 @@ void WreckView::set_camera() {
 }
 
 void WreckView::handleMouseEvent(rviz::ViewportMouseEvent& event) {
-  setStatus("Left button: turn. Middle button, or shift and left: shift. Wheel or right button: nearer and farther. Z: as "
-            "it was.");
+  setStatus(
+      "Left button: turn. Middle button, or shift and left: shift. Wheel or right button: nearer and farther. Z: as "
+      "it was.");
   const bool shifting = event.middle() || (event.left() && event.shift());
   setCursor(shifting ? MoveXY : event.right() ? Zoom : Rotate3D);
   double nearer = kZoomPerWheel * event.wheel_delta;

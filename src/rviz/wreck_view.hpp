@@ -45,8 +45,8 @@ inline constexpr std::array<ShowFacts, kShows> kShowFacts{
      {"car", "Car", "one car, which the view follows", {-1.75, 0.50}}}};
 
 /// Keeps what it shows inside the part of the picture that the overlay leaves free, and as large as that allows, while
-/// the heap grows and the train moves; smoothly, but for another run or another thing to show. The mouse turns it (left),
-/// shifts it (middle, or shift and left) and brings it nearer (wheel, right).
+/// the heap grows and the train moves; smoothly, but for another run or another thing to show. The mouse turns it
+/// (left), shifts it (middle, or shift and left) and brings it nearer (wheel, right).
 class WreckView : public rviz::ViewController {
   Q_OBJECT
 
