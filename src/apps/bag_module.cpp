@@ -13,25 +13,27 @@ namespace {
 class RecordedRun final : public BagOutput {
  public:
   RecordedRun(const std::string& path, files::Existing existing, const simulation::Simulation& simulation)
-      : bag_(files::OutputFile(ros_face::bag_path(path), existing), "/train_derail"), stream_({}, {&bag_}) {
-    stream_.start_run(simulation, {});
+      : bag_(files::OutputFile(ros_face::bag_path(path), existing), "/train_derail"),
+        stream_({}, {&bag_}),
+        view_(simulation, ros_face::kEventCouplerForce) {
+    stream_.start_run(view_, {});
   }
   ~RecordedRun() override {
     if (!closed_) bag_.discard();
   }
 
   void grid_point(const simulation::Simulation& simulation) override {
-    stream_.grid_point(simulation, simulation.outcome());
+    stream_.grid_point(view_, simulation.outcome());
     check();
   }
 
   std::string close(const simulation::Simulation& simulation, const outcome::Outcome& outcome) override {
-    const bool failed = outcome.ended == outcome::Ended::integration_failed, interrupted = !simulation.ended();
-    stream_.end_run(simulation, outcome,
-                    {failed        ? RunInfo::FAILED
-                     : interrupted ? RunInfo::PAUSED
-                                   : RunInfo::ENDED,
-                     0.0});
+    ros_face::RunState state;
+    state.state = RunInfo::ENDED;
+    if (!simulation.ended()) state.state = RunInfo::PAUSED;
+    if (outcome.ended == outcome::Ended::integration_failed) state.state = RunInfo::FAILED;
+    state.kept_until = simulation.time();
+    stream_.end_run(view_, outcome, state);
     closed_ = true;
     bag_.close();
     check();
@@ -46,6 +48,7 @@ class RecordedRun final : public BagOutput {
   bool closed_ = false;
   ros_face::BagRecorder bag_;
   ros_face::RunStream stream_;
+  ros_face::SimulationView view_;
 };
 
 }  // namespace

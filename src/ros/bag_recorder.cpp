@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -24,14 +25,14 @@ constexpr char kNoFile[] = ": is not a file; a bag needs one";
 
 std::string active(const std::string& path) { return path + ".active"; }
 
-/// When a message was sent. A type without a header needs a function of its own here.
+/// When a message was sent; 0 if it does not say. A type without a header needs a function of its own here.
 template <class Message>
 ::ros::Time stamp_of(const Message& m) {
   return m.header.stamp;
 }
 ::ros::Time stamp_of(const rosgraph_msgs::Clock& m) { return m.clock; }
 ::ros::Time stamp_of(const tf2_msgs::TFMessage& m) { return m.transforms.at(0).header.stamp; }
-::ros::Time stamp_of(const visualization_msgs::MarkerArray& m) { return m.markers.at(0).header.stamp; }
+::ros::Time stamp_of(const visualization_msgs::MarkerArray& /*m*/) { return {}; }
 
 /// What a bag says of a topic.
 template <class Message>
@@ -152,7 +153,8 @@ void BagRecorder::receive(const AnyMessage& message) {
         auto& connection = connections_[message.index()];
         if (!connection) connection = make_connection(*content, topic_facts(message.index()), node_);
         try {
-          bag_->write(connection->at("topic"), stamp_of(*content), *content, connection);
+          now_ = std::max(now_, stamp_of(*content));
+          bag_->write(connection->at("topic"), now_, *content, connection);
         } catch (const std::exception& e) {
           fail(e.what());
         }

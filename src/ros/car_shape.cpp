@@ -12,6 +12,7 @@ using geometry_msgs::Point;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kDeckHeight = 1.3;  // underside of the body
+constexpr double kLineWidth = 0.16;
 constexpr double kTruckLength = 2.8, kTruckWidth = 2.4;
 
 /// Upright box without its underside from x0 to x1, within y = -w to w.
@@ -31,12 +32,25 @@ void add_plate(Points& points, double x0, double x1, double w, double z) {
   add_quad(points, make_point(x1, -w, z), make_point(x1, w, z), make_point(x0, w, z), make_point(x0, -w, z));
 }
 
-void add_line(Points& points, const Point& a, const Point& b) { points.insert(points.end(), {a, b}); }
+/// A thin strip from a to b on a face that looks to (0, ny, nz).
+void add_line(Points& points, const Point& a, const Point& b, double ny, double nz) {
+  const double dx = b.x - a.x, dy = b.y - a.y, dz = b.z - a.z;
+  // Across: normal times direction.
+  const double cx = ny * dz - nz * dy, cy = nz * dx, cz = -ny * dx;
+  const double share = 0.5 * kLineWidth / std::hypot(cx, cy, cz);
+  const auto moved = [&](const Point& p, double side) {
+    return make_point(p.x + side * share * cx, p.y + side * share * cy, p.z + side * share * cz);
+  };
+  add_quad(points, moved(a, -1.0), moved(b, -1.0), moved(b, 1.0), moved(a, 1.0));
+}
+void add_line(Points& points, const Point& a, const Point& b) { add_line(points, a, b, 0.0, 1.0); }
 
-void add_footprint(Points& edges, double f, double w, double z) {
-  const std::array<Point, 4> corner{make_point(f, -w, z), make_point(f, w, z), make_point(-f, w, z),
-                                    make_point(-f, -w, z)};
-  for (std::size_t i = 0; i < 4; ++i) add_line(edges, corner[i], corner[(i + 1) % 4]);
+/// Inside of the footprint.
+void add_rim(Points& points, double f, double w, double z) {
+  const double x = f - 0.5 * kLineWidth, y = w - 0.5 * kLineWidth;
+  const std::array<Point, 4> corner{make_point(x, -y, z), make_point(x, y, z), make_point(-x, y, z),
+                                    make_point(-x, -y, z)};
+  for (std::size_t i = 0; i < 4; ++i) add_line(points, corner[i], corner[(i + 1) % 4]);
 }
 
 /// Its sides; what else there is of it, the body hides.
@@ -51,7 +65,7 @@ void add_truck(Points& points, double centre, double width) {
 
 void add_plain_box(CarShape& shape, double f, double w) {
   add_box(shape.body, -f, f, w, kDeckHeight, kRoofHeight);
-  add_footprint(shape.edges, f, w, kRoofHeight + 0.01);
+  add_rim(shape.dark, f, w, kRoofHeight + 0.01);
 }
 
 /// Cylinder with domed ends between end sills, manway dome with a platform round it.
@@ -75,9 +89,12 @@ void add_tank(CarShape& shape, double f, double w) {
   add_plate(shape.dark, -2.0 * dome, 2.0 * dome, 0.62 * w, kTop + 0.02);
   add_box(shape.body, -dome, dome, std::min(0.6, 0.4 * w), kTop, kRoofHeight);
   add_plate(shape.dark, -f, f, 0.9 * w, kDeckHeight);
-  add_footprint(shape.edges, f, w, kDeckHeight + 0.01);
+  add_rim(shape.dark, f, w, kDeckHeight + 0.01);
   for (const double x : {-0.5 * shoulder, 0.5 * shoulder}) {  // bands round the shell
-    for (int i = 2; i < kSides - 4; ++i) add_line(shape.edges, ring(x, 1.01, i), ring(x, 1.01, i + 1));
+    for (int i = 2; i < kSides - 4; ++i) {
+      const Point a = ring(x, 1.01, i), b = ring(x, 1.01, i + 1);
+      add_line(shape.dark, a, b, 0.5 * (a.y + b.y), 0.5 * (a.z + b.z) - middle);
+    }
   }
 }
 
@@ -99,11 +116,11 @@ void add_hopper(CarShape& shape, double f, double w) {
              corner(j, 0.78 * f, 0.22 * w, kSlot), corner(i, 0.78 * f, 0.22 * w, kSlot));
   }
   add_plate(shape.dark, -0.78 * f, 0.78 * f, 0.22 * w, kSlot);
-  add_footprint(shape.edges, f, w, kRoofHeight + 0.01);
+  add_rim(shape.dark, f, w, kRoofHeight + 0.01);
   for (const double x : {-0.6 * f, -0.2 * f, 0.2 * f, 0.6 * f}) {
-    add_line(shape.edges, make_point(x, -w, kRoofHeight), make_point(x, w, kRoofHeight));
+    add_line(shape.dark, make_point(x, -w, kRoofHeight), make_point(x, w, kRoofHeight));
     for (const double y : {-w, w}) {
-      add_line(shape.edges, make_point(x, 1.01 * y, kDeckHeight), make_point(x, 1.01 * y, kRoofHeight));
+      add_line(shape.dark, make_point(x, 1.01 * y, kDeckHeight), make_point(x, 1.01 * y, kRoofHeight), y, 0.0);
     }
   }
 }
@@ -128,11 +145,11 @@ void add_boxcar(CarShape& shape, double f, double w) {
     add_quad(shape.dark, make_point(side * door, 1.01 * side * w, low), make_point(-side * door, 1.01 * side * w, low),
              make_point(-side * door, 1.01 * side * w, high), make_point(side * door, 1.01 * side * w, high));
   }
-  add_footprint(shape.edges, f, w, kEaves + 0.01);
-  add_line(shape.edges, make_point(-f, 0.0, kRoofHeight + 0.02), make_point(f, 0.0, kRoofHeight + 0.02));
+  add_rim(shape.dark, f, w, kEaves + 0.01);
+  add_line(shape.dark, make_point(-f, 0.0, kRoofHeight + 0.02), make_point(f, 0.0, kRoofHeight + 0.02));
   for (const double x : {-0.5 * f, 0.0, 0.5 * f}) {
     for (const double side : {-1.0, 1.0}) {
-      add_line(shape.edges, make_point(x, side * w, kEaves + 0.02), make_point(x, 0.0, kRoofHeight + 0.02));
+      add_line(shape.dark, make_point(x, side * w, kEaves + 0.02), make_point(x, 0.0, kRoofHeight + 0.02));
     }
   }
 }
@@ -147,7 +164,7 @@ void add_locomotive(CarShape& shape, double f, double w) {
   for (const double x : {-0.75 * f, -0.45 * f, -0.15 * f}) {
     add_plate(shape.dark, x - 0.09 * f, x + 0.09 * f, 0.75 * hood, kRoofHeight - 0.28);
   }
-  add_footprint(shape.edges, f, w, kDeckHeight + 0.22);
+  add_rim(shape.dark, f, w, kDeckHeight + 0.22);
 }
 
 }  // namespace

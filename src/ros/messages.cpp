@@ -24,6 +24,15 @@ std::uint8_t to_constant(model::Face face) {
   return 0;
 }
 
+model::Face to_face(std::uint8_t constant) {
+  switch (constant) {
+    case Impact::REAR: return model::Face::rear;
+    case Impact::LEFT: return model::Face::left;
+    case Impact::RIGHT: return model::Face::right;
+    default: return model::Face::front;
+  }
+}
+
 /// Width of a bin of the impacts' histogram [m/s].
 constexpr double kSpeedBin = 5.0 * inputs::kMph;
 
@@ -191,6 +200,63 @@ Event to_message(const Occurrence& o, const std_msgs::Header& header, std::uint3
   m.value = o.value;
   m.text = o.text;
   return m;
+}
+
+std::vector<simulation::CarSnapshot> from_message(const CarStates& message) {
+  std::vector<simulation::CarSnapshot> cars;
+  cars.reserve(message.cars.size());
+  for (const CarState& from : message.cars) {
+    simulation::CarSnapshot& to = cars.emplace_back(read<simulation::CarSnapshot>(from, simulation::car_fields()));
+    to.x = from.pose.position.x;
+    to.y = from.pose.position.y;
+    to.z = from.pose.position.z;
+    to.qx = from.pose.orientation.x;
+    to.qy = from.pose.orientation.y;
+    to.qz = from.pose.orientation.z;
+    to.qw = from.pose.orientation.w;
+    to.vx = from.twist.linear.x;
+    to.vy = from.twist.linear.y;
+    to.vz = from.twist.linear.z;
+    to.wx = from.twist.angular.x;
+    to.wy = from.twist.angular.y;
+    to.omega = from.twist.angular.z;
+  }
+  return cars;
+}
+
+std::vector<simulation::CouplerSnapshot> from_message(const CouplerForces& message) {
+  std::vector<simulation::CouplerSnapshot> couplers;
+  couplers.reserve(message.couplers.size());
+  for (const CouplerForce& from : message.couplers) {
+    couplers.push_back(read<simulation::CouplerSnapshot>(from, simulation::coupler_fields()));
+  }
+  return couplers;
+}
+
+std::vector<model::Impact> from_message(const Impacts& message) {
+  std::vector<model::Impact> impacts;
+  impacts.reserve(message.impacts.size());
+  for (const Impact& from : message.impacts) {
+    impacts.push_back({from.time, from.end, static_cast<Eigen::Index>(from.car_a) - 1,
+                       static_cast<Eigen::Index>(from.car_b) - 1, to_face(from.face_a), to_face(from.face_b),
+                       from.along_a, from.along_b, from.x, from.y, from.closing_speed, from.closing_speed_normal,
+                       from.impulse, from.peak_force});
+  }
+  return impacts;
+}
+
+outcome::Outcome from_message(const Outcome& message) {
+  return read<outcome::Outcome>(message, outcome::outcome_fields());
+}
+
+Occurrence from_message(const Event& message) {
+  return {message.type,
+          message.time,
+          static_cast<int>(message.car),
+          static_cast<int>(message.other_car),
+          static_cast<int>(message.coupler),
+          message.value,
+          message.text};
 }
 
 geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x,

@@ -8,13 +8,16 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/package.h>
 #include <ros/this_node.h>
+#include <CLI/CLI.hpp>
 
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/services.hpp"
@@ -103,19 +106,49 @@ std::vector<std::string> shipped_inputs() {
 constexpr int kExitInput = 2;
 constexpr int kExitOther = 1;
 
-int run(::ros::NodeHandle& handle, EndOnSignals& signals) {
+/// What stands on the command line besides ROS' own arguments.
+struct Arguments {
+  std::string replay;  // bag; "": a simulation
+  std::uint32_t run = 0;
+};
+
+/// The bag is named by who starts the node, not by a parameter: everybody on the network can set those.
+Arguments read_arguments(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app{"Simulates a train derailment live, or shows one that was recorded."};
+  app.add_option("--replay", arguments.replay, "bag with a run of train_derail, shown instead of a simulation")
+      ->check(CLI::ExistingFile);
+  app.add_option("--replay-run", arguments.run, "number of the run in the bag; 0: the last one");
+  app.parse(argc, argv);
+  return arguments;
+}
+
+/// Throws inputs::InputError before anything is advertised.
+std::unique_ptr<SimulationLoop> make_loop(::ros::NodeHandle& handle, const NodeParameters& parameters,
+                                          const FileBounds& bounds, const XmlRpc::XmlRpcValue& tree,
+                                          const Arguments& arguments, LoopControl& control) {
+  if (arguments.replay.empty()) {
+    const ScenarioSource source = read_scenario_source(tree, ::ros::this_node::getName());
+    return std::make_unique<SimulationLoop>(handle, parameters, bounds, source, control);
+  }
+  auto recording = std::make_unique<Recording>(arguments.replay, arguments.run);
+  return std::make_unique<SimulationLoop>(handle, parameters, bounds, std::move(recording), control);
+}
+
+int run(::ros::NodeHandle& handle, const Arguments& arguments, EndOnSignals& signals) {
   const std::string& name = ::ros::this_node::getName();
   const XmlRpc::XmlRpcValue tree = fetch_parameters(name);
   const NodeParameters parameters = read_node_parameters(tree, name);
   const FileBounds bounds(parameters.results_folder, shipped_inputs());
   signals.begin();
-  SimulationLoop loop(handle, parameters, bounds, read_scenario_source(tree, name), signals.control());
+  const std::unique_ptr<SimulationLoop> loop =
+      make_loop(handle, parameters, bounds, tree, arguments, signals.control());
   if (parameters.publish_clock && !::ros::Time::isSimTime()) {
     ROS_WARN_NAMED("run", "/use_sim_time is not set: nodes that do not follow /clock will not match the stamps");
   }
-  Services services(handle, loop);
+  Services services(handle, *loop);
   StudyAction study_action(handle, bounds);
-  const int code = loop.run();
+  const int code = loop->run();
   signals.set_code(code);
   return code;
 }
@@ -129,7 +162,10 @@ int run_node(int argc, char** argv) {
   ::ros::NodeHandle handle("~");
   int code = kExitOther;
   try {
-    code = run(handle, signals);
+    code = run(handle, read_arguments(argc, argv), signals);
+  } catch (const CLI::ParseError& e) {
+    ROS_FATAL_NAMED("run", "command line: %s", e.what());
+    code = kExitInput;
   } catch (const inputs::InputError& e) {
     ROS_FATAL_NAMED("run", "%s", e.what());
     code = kExitInput;

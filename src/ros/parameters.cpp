@@ -18,6 +18,8 @@ using XmlRpc::XmlRpcValue;
 
 constexpr double kRateMin = 0.001, kRateMax = 1000.0;
 constexpr int kDepthMax = 32;  // of a scenario on the parameter server
+constexpr std::size_t kMebibyte = 1U << 20;
+constexpr int kHistoryMemory = 256, kHistoryMemoryMax = 65536;  // MiB
 constexpr char kRateRange[] = "0 (as fast as the integrator goes), or 0.001 to 1000";
 
 }  // namespace
@@ -70,7 +72,10 @@ NodeParameters read_node_parameters(const XmlRpcValue& tree, const std::string& 
   p.publish_clock = reader.flag("publish/clock", p.publish_clock);
   p.publish_tf = reader.flag("publish/tf", p.publish_tf);
   stream.markers_every = reader.integer("publish/markers_every", stream.markers_every, 0, 1000);
-  stream.event_coupler_force = reader.number("events/coupler_force", "N", stream.event_coupler_force, 0.0, 1.0e12);
+  p.event_coupler_force = reader.number("events/coupler_force", "N", p.event_coupler_force, 0.0, 1.0e12);
+  p.viewers_wait = reader.number("viewers_wait", "s", p.viewers_wait, 0.0, 600.0);
+  stream.history_bytes =
+      kMebibyte * static_cast<std::size_t>(reader.integer("history_memory", kHistoryMemory, 0, kHistoryMemoryMax));
   p.overload_threshold = reader.number("overload_threshold", "1", p.overload_threshold, 0.01, 1.0);
   p.diagnostics_period = reader.number("diagnostics_period", "s", p.diagnostics_period, 0.05, 60.0);
   reader.find("scenario");

@@ -1,5 +1,7 @@
 #include "train_derail/ros/publishers.hpp"
 
+#include <utility>
+
 namespace train_derail::ros_face {
 
 namespace {
@@ -9,7 +11,9 @@ template <class Topic>
 bool is_on(const NodeParameters& parameters) {
   if (std::is_same_v<Topic, ClockTopic>) return parameters.publish_clock;
   if (std::is_same_v<Topic, TfTopic> || std::is_same_v<Topic, TfStaticTopic>) return parameters.publish_tf;
-  if (std::is_same_v<Topic, MarkersTopic>) return parameters.stream.markers_every > 0;
+  if (std::is_same_v<Topic, MarkersTopic> || std::is_same_v<Topic, TrackMarkersTopic>) {
+    return parameters.stream.markers_every > 0;
+  }
   return true;
 }
 
@@ -19,9 +23,14 @@ Publishers::Publishers(::ros::NodeHandle& private_handle, const NodeParameters& 
   for_each_topic([&](auto topic) {
     using Topic = decltype(topic);
     if (!is_on<Topic>(parameters)) return;
-    publishers_[topic_number<Topic>()] =
-        private_handle.advertise<typename Topic::Message>(topic_name(Topic::facts, private_handle.getNamespace()),
-                                                          Topic::facts.queue, Topic::facts.latched == Latched::yes);
+    ::ros::AdvertiseOptions options;
+    options.init<typename Topic::Message>(topic_name(Topic::facts, private_handle.getNamespace()), Topic::facts.queue);
+    options.latch = Topic::facts.latched == Latched::yes;
+    if (std::is_same_v<Topic, MarkersTopic>) {
+      options.connect_cb = [this](const ::ros::SingleSubscriberPublisher&) { has_newcomers_ = true; };
+      options.callback_queue = &newcomers_;
+    }
+    publishers_[topic_number<Topic>()] = private_handle.advertise(options);
   });
 }
 
@@ -35,15 +44,26 @@ void Publishers::idle(const rosgraph_msgs::Clock& clock, const tf2_msgs::TFMessa
   send<TfTopic>(frames);
 }
 
-bool Publishers::wants_markers() const {
-  const ::ros::Publisher& markers = publishers_[topic_number<MarkersTopic>()];
-  return markers && markers.getNumSubscribers() > 0;
+bool Publishers::has_listeners(std::size_t topic) const {
+  return publishers_[topic] && publishers_[topic].getNumSubscribers() > 0;
+}
+
+bool Publishers::take_newcomers() {
+  newcomers_.callAvailable();
+  return std::exchange(has_newcomers_, false);
+}
+
+bool Publishers::wants_markers() const { return has_listeners(topic_number<MarkersTopic>()); }
+
+bool Publishers::is_watched() const {
+  const bool no_markers = !publishers_[topic_number<MarkersTopic>()];
+  return (no_markers || wants_markers()) && has_listeners(topic_number<CouplersTopic>());
 }
 
 bool Publishers::has_subscribers() const {
   for (std::size_t i = 0; i < publishers_.size(); ++i) {
     if (i == topic_number<ClockTopic>() || i == topic_number<TfStaticTopic>()) continue;
-    if (publishers_[i] && publishers_[i].getNumSubscribers() > 0) return true;
+    if (has_listeners(i)) return true;
   }
   return false;
 }

@@ -4,62 +4,69 @@
 #include <cmath>
 
 #include "train_derail/ros/messages.hpp"
+#include "train_derail/ros/track_markers.hpp"
 
 namespace train_derail::ros_face {
 
 namespace {
 
-/// Spacing of ~impacts and ~outcome while the run is under way, simulated [s].
-constexpr double kOutcomeInterval = 1.0;
+/// Spacing of ~outcome and of ~impacts, which is long, while the run is under way, simulated [s].
+constexpr double kOutcomeInterval = 0.1, kImpactsInterval = 1.0;
+/// Spacing of whole scenes in a bag, simulated [s].
+constexpr double kWholeInterval = 4.0;
+/// By which a moment that is shown again is later than the one before on /clock: tf takes nothing twice [s].
+constexpr double kShowStep = 1.0e-3;
 
 }  // namespace
 
 RunStream::RunStream(const StreamOptions& options, std::vector<MessageSink*> sinks)
-    : options_(options), sinks_(std::move(sinks)), events_(options.event_coupler_force) {}
+    : options_(options), sinks_(std::move(sinks)), history_(options.history_bytes) {}
 
-void RunStream::start_run(const simulation::Simulation& simulation, const RunState& state) {
+void RunStream::start_run(RunView& run, const RunState& state) {
   ++run_id_;
   clock_.start_run();
-  events_ = EventDetector(options_.event_coupler_force);
   pile_up_ = PileUpFollower();
-  const inputs::Scenario& scenario = simulation.scenario();
-  scene_.emplace(scenario, simulation.cars(), options_.frames.world,
-                 scenario.output.interval * std::max(1, options_.markers_every));
+  const inputs::Scenario& scenario = run.scenario();
+  scene_.emplace(scenario, run.cars(), options_.frames, scenario.output.interval * std::max(1, options_.markers_every));
+  history_.clear();
   grid_points_ = 0;
   markers_empty_ = true;
+  whole_markers_ = 0.0;
   if (run_id_ == 1) {
     tf2_msgs::TFMessage fixed;
     fixed.transforms.push_back(make_transform(header(), options_.frames.pod(), 0.0, 0.0, 0.0));
     send<TfStaticTopic>(fixed);
   }
-  inputs_ = to_message(scenario, simulation.cars(), header(), run_id_);
+  inputs_ = to_message(scenario, run.cars(), header(), run_id_);
   send<InputsTopic>(inputs_);
-  run_info(simulation, state);
-  const outcome::Outcome outcome = simulation.outcome();
-  send_grid_point(simulation, outcome);
-  send_impacts(simulation);
-  send<OutcomeTopic>(to_message(outcome, header(), run_id_));
-}
-
-void RunStream::grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome) {
-  clock_.advance(simulation.time());
-  send_grid_point(simulation, outcome);
-  const auto every = std::max<std::int64_t>(1, std::llround(kOutcomeInterval / simulation.scenario().output.interval));
-  if ((grid_points_ - 1) % every == 0 && !simulation.ended()) {
-    send_impacts(simulation);
-    send<OutcomeTopic>(to_message(outcome, header(), run_id_));
+  run_info(run, state);
+  if (options_.markers_every > 0) {
+    send<TrackMarkersTopic>(track_markers(scenario, run.cars(), options_.frames.world));
   }
+  const outcome::Outcome outcome = run.outcome();
+  send_grid_point(run, outcome);
+  send_impacts(run);
+  send<OutcomeTopic>(to_message(outcome, header(), run_id_));
 }
 
-void RunStream::end_run(const simulation::Simulation& simulation, const outcome::Outcome& outcome,
-                        const RunState& state) {
+void RunStream::grid_point(RunView& run, const outcome::Outcome& outcome) {
+  clock_.advance(run.time());
+  send_grid_point(run, outcome);
+  if (run.ended()) return;
+  const auto is_due = [&](double spacing) {
+    return (grid_points_ - 1) % std::max<std::int64_t>(1, std::llround(spacing / run.scenario().output.interval)) == 0;
+  };
+  if (is_due(kImpactsInterval)) send_impacts(run);
+  if (is_due(kOutcomeInterval)) send<OutcomeTopic>(to_message(outcome, header(), run_id_));
+}
+
+void RunStream::end_run(RunView& run, const outcome::Outcome& outcome, const RunState& state) {
   // Finds nothing but the end itself if the last grid point has seen it.
-  send_events(simulation, outcome);
+  send_events(run, outcome);
   complete_markers();
-  send_impacts(simulation);
+  send_impacts(run);
   send<OutcomeTopic>(to_message(outcome, header(), run_id_));
-  run_info(simulation, state,
-           outcome.message.empty() ? std::string(outcome::to_string(outcome.ended)) : outcome.message);
+  run_info(run, state, outcome.message.empty() ? std::string(outcome::to_string(outcome.ended)) : outcome.message);
 }
 
 void RunStream::idle(double seconds) {
@@ -70,22 +77,35 @@ void RunStream::idle(double seconds) {
   for (MessageSink* sink : sinks_) sink->idle(clock, frames);
 }
 
+std::optional<double> RunStream::show(const RunView& run, double time) {
+  const RunHistory::Moment* moment = history_.nearest(time);
+  if (moment == nullptr) return {};
+  clock_.slip(kShowStep);
+  last_ = moment->now;
+  // A camera that sits on the heap jumps with the time.
+  pile_up_ = PileUpFollower();
+  send_moment(run);
+  send_markers(true);
+  send<OutcomeTopic>(to_message(moment->outcome, header(), run_id_));
+  return last_.time;
+}
+
 tf2_msgs::TFMessage RunStream::moving_frames(const std_msgs::Header& header) const {
   tf2_msgs::TFMessage moving = to_transforms(last_.cars, header, options_.frames);
   moving.transforms.push_back(make_transform(header, options_.frames.pile_up(), pile_up_.x(), pile_up_.y(), 0.0));
   return moving;
 }
 
-void RunStream::send_grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome) {
+void RunStream::send_moment(const RunView& run) {
   const std_msgs::Header h = header();
-  last_ = simulation.snapshot();
-  last_outcome_ = outcome;
-  const std::vector<outcome::FirstTouch>& touches = simulation.touches();
-  const auto recent = std::find_if(touches.rbegin(), touches.rend(), [&](const outcome::FirstTouch& touch) {
-    return last_.time - touch.time >= scene_->flash_time();
-  });
-  last_touches_.assign(recent.base(), touches.end());
-  heap_ = find_heap(simulation.cars(), last_.cars);
+  const std::vector<outcome::FirstTouch>& touches = run.touches();
+  touches_.clear();
+  for (auto touch = touches.rbegin(); touch != touches.rend(); ++touch) {
+    if (touch->time > last_.time) continue;
+    if (last_.time - touch->time >= scene_->flash_time()) break;
+    touches_.push_back(*touch);
+  }
+  heap_ = find_heap(run.cars(), last_.cars);
   pile_up_.update(heap_, last_.time);
   rosgraph_msgs::Clock clock;
   clock.clock = h.stamp;
@@ -95,60 +115,85 @@ void RunStream::send_grid_point(const simulation::Simulation& simulation, const 
   send<CouplersTopic>(to_message(last_.couplers, last_.time, h, run_id_));
   send<PileUpTopic>(to_message(heap_, last_.time, h, run_id_));
   markers_sent_ = false;
-  if (options_.markers_every > 0 &&
-      (markers_empty_ || (grid_points_ % options_.markers_every == 0 && markers_wanted()))) {
-    send_markers();
-  }
-  ++grid_points_;
-  send_events(simulation, outcome);
 }
 
-void RunStream::send_events(const simulation::Simulation& simulation, const outcome::Outcome& outcome) {
-  for (const Occurrence& occurrence : events_.observe(simulation.snapshot(), outcome, simulation.incidents())) {
+void RunStream::send_grid_point(RunView& run, const outcome::Outcome& outcome) {
+  last_ = run.snapshot();
+  history_.add(last_, outcome);
+  send_moment(run);
+  if (options_.markers_every > 0 &&
+      (markers_empty_ || (grid_points_ % options_.markers_every == 0 && markers_wanted()))) {
+    send_markers(false);
+    repeat_for_readers();
+  }
+  ++grid_points_;
+  send_events(run, outcome);
+}
+
+void RunStream::send_events(RunView& run, const outcome::Outcome& outcome) {
+  for (const Occurrence& occurrence : run.take_events(run.snapshot(), outcome)) {
     send<EventsTopic>(to_message(occurrence, header(), run_id_));
   }
 }
 
-void RunStream::send_impacts(const simulation::Simulation& simulation) {
-  Impacts now = to_message(simulation.incidents().impacts, simulation.time(), header(), run_id_);
+void RunStream::send_impacts(const RunView& run) {
+  Impacts now = to_message(run.impacts(), run.time(), header(), run_id_);
   if (now.run_id == impacts_.run_id && now.impacts == impacts_.impacts) return;
   impacts_ = std::move(now);
   send<ImpactsTopic>(impacts_);
 }
 
 void RunStream::complete_markers() {
-  if (options_.markers_every > 0 && !markers_sent_) send_markers();
+  if (options_.markers_every > 0 && !markers_sent_) send_markers(true);
 }
 
-void RunStream::send_markers() {
-  scene_->update(last_, last_outcome_, last_touches_, pile_up_.x(), pile_up_.y(), clock_.now());
+void RunStream::repeat_markers() {
+  if (!scene_ || options_.markers_every == 0) return;
+  scene_->update(last_, touches_);
+  scene_->take_changes(true);
+  send<MarkersTopic>(scene_->whole());
+}
+
+void RunStream::repeat_for_readers() {
+  if (last_.time < whole_markers_ + kWholeInterval) return;
+  whole_markers_ = last_.time;
+  const visualization_msgs::MarkerArray whole = scene_->whole();
+  for (MessageSink* sink : sinks_) {
+    if (sink->is_read_from_the_middle()) sink->send<MarkersTopic>(whole);
+  }
+}
+
+void RunStream::send_markers(bool all) {
+  scene_->update(last_, touches_);
+  const visualization_msgs::MarkerArray changes = scene_->take_changes(all || markers_empty_);
   if (markers_empty_) {
-    send<MarkersTopic>(scene_->markers_on_empty());
-  } else {
-    send<MarkersTopic>(scene_->markers());
+    send<MarkersTopic>(scene_->whole_on_empty());
+  } else if (!changes.markers.empty()) {
+    send<MarkersTopic>(changes);
   }
   markers_empty_ = false;
-  markers_sent_ = true;
+  markers_sent_ = all;
 }
 
 bool RunStream::markers_wanted() const {
   return std::any_of(sinks_.begin(), sinks_.end(), [](const MessageSink* sink) { return sink->wants_markers(); });
 }
 
-void RunStream::run_info(const simulation::Simulation& simulation, const RunState& state, const std::string& message) {
+void RunStream::run_info(const RunView& run, const RunState& state, const std::string& message) {
   RunInfo info;
   info.header = header();
   info.run_id = run_id_;
   info.state = state.state;
   info.message = message;
   info.start = clock_.start();
-  info.time = simulation.time();
+  info.time = run.time();
   info.rate = state.rate;
   info.clock_publishers = state.clock_publishers;
-  info.interval = simulation.scenario().output.interval;
-  info.cars = static_cast<std::uint32_t>(simulation.cars().size());
-  info.title = simulation.scenario().title;
-  info.kept_until = info.time;
+  info.interval = run.scenario().output.interval;
+  info.cars = static_cast<std::uint32_t>(run.cars().size());
+  info.title = run.scenario().title;
+  info.kept_until = state.kept_until;
+  info.replay = state.replay ? 1 : 0;
   send<RunInfoTopic>(info);
 }
 

@@ -69,6 +69,7 @@ Services::Services(const ::ros::NodeHandle& private_handle, SimulationLoop& loop
       handle_.advertiseService("resume", &Services::resume, this),
       handle_.advertiseService("step", &Services::step, this),
       handle_.advertiseService("restart", &Services::restart, this),
+      handle_.advertiseService("seek", &Services::seek, this),
       handle_.advertiseService("set_rate", &Services::set_rate, this),
       handle_.advertiseService("get_inputs", &Services::get_inputs, this),
   };
@@ -131,6 +132,10 @@ bool Services::restart(Restart::Request& request, Restart::Response& response) {
     response.run_id = loop_.run_id();
     return answer;
   });
+}
+
+bool Services::seek(Seek::Request& request, Seek::Response& response) {
+  return ask(loop_.commands(), response, [&] { return loop_.seek(request.time, response.time); });
 }
 
 bool Services::set_rate(SetRate::Request& request, SetRate::Response& response) {

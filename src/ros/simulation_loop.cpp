@@ -25,6 +25,11 @@ constexpr double kLinger = 0.5;
 constexpr double kTickRounding = 1.0e-9;
 constexpr double kStepTicksMax = 1.0e9;
 
+/// Between two times that all markers are sent to those who listen: who records them can begin anywhere, wall [s].
+constexpr double kRepeatInterval = 5.0;
+/// Between two looks whether those who are to watch have come, wall [s].
+constexpr double kViewersInterval = 0.05;
+
 /// Between two messages of /clock after the end of a run, wall [s].
 constexpr double kIdleInterval = 0.05;
 
@@ -45,6 +50,8 @@ std::vector<MessageSink*> sinks(Publishers& publishers, BagRecorder* bag) {
   return all;
 }
 
+constexpr char kNoRestart[] = "a recording is replayed: it cannot be run with other inputs";
+
 }  // namespace
 
 NextRun prepare(const RestartRequest& request, const ScenarioSource& current) {
@@ -62,28 +69,50 @@ NextRun prepare(const RestartRequest& request, const ScenarioSource& current) {
 }
 
 SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters,
-                               const FileBounds& bounds, const ScenarioSource& source, LoopControl& control)
+                               const FileBounds& bounds, LoopControl& control)
     : parameters_(parameters),
       control_(control),
-      source_(source),
-      simulation_(simulation::Simulation(source.read())),
       bag_(open_bag(parameters.bag, bounds)),
       publishers_(private_handle, parameters),
       diagnostics_(private_handle, parameters.diagnostics_period, parameters.overload_threshold),
       stream_(parameters.stream, sinks(publishers_, bag_.get())),
-      pacer_(parameters.rate, interval()) {}
+      pacer_(parameters.rate, 1.0) {}
+
+SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters,
+                               const FileBounds& bounds, const ScenarioSource& source, LoopControl& control)
+    : SimulationLoop(private_handle, parameters, bounds, control) {
+  source_ = source;
+  simulation_.emplace(source.read());
+  view_ = std::make_shared<SimulationView>(*simulation_, parameters.event_coupler_force);
+}
+
+SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters,
+                               const FileBounds& bounds, std::unique_ptr<Recording> recording, LoopControl& control)
+    : SimulationLoop(private_handle, parameters, bounds, control) {
+  recording_ = std::move(recording);
+  view_ = recording_;
+}
 
 int SimulationLoop::run() {
-  start_run(std::move(*simulation_), parameters_.start_paused);
+  const bool wait = parameters_.viewers_wait > 0.0 && !parameters_.start_paused;
+  start_run(parameters_.start_paused || wait);
+  if (wait) viewers_due_ = WallClock::now() + wall_seconds(parameters_.viewers_wait);
   while (!control_.stop && ::ros::ok()) {
     commands_.execute();
     const WallTime now = WallClock::now();
     watch_clock();
+    watch_for_viewers(now);
+    if (publishers_.take_newcomers() ||
+        (now >= repeat_due_ && state_ == State::running && publishers_.wants_markers())) {
+      stream_.repeat_markers();
+      repeat_due_ = now + wall_seconds(kRepeatInterval);
+    }
     if (now >= diagnostics_.due()) report(now);
     if (has_ended() && parameters_.exit_when_done) break;
 
     if (has_ended() && now >= idle_due_) keep_time_going(now);
     WallTime wait_until = std::min(now + wall_seconds(kWaitMax), diagnostics_.due());
+    if (viewers_due_ != WallTime()) wait_until = std::min(wait_until, now + wall_seconds(kViewersInterval));
     if (has_ended()) wait_until = std::min(wait_until, idle_due_);
     if (state_ == State::running && !stepping_ && pacer_.paced()) {
       wait_until = std::min(wait_until, pacer_.due(static_cast<double>(tick_ + 1) * interval()));
@@ -114,32 +143,42 @@ int SimulationLoop::run() {
   return bag_failed_ ? 1 : 0;
 }
 
-void SimulationLoop::start_run(simulation::Simulation simulation, bool paused) {
-  simulation_ = std::move(simulation);
+void SimulationLoop::watch_for_viewers(WallTime now) {
+  if (viewers_due_ == WallTime()) return;
+  if (state_ == State::paused && !stepping_) {
+    if (!publishers_.is_watched() && now < viewers_due_) return;
+    resume();
+  }
+  viewers_due_ = {};
+}
+
+void SimulationLoop::start_run(bool paused) {
   tick_ = 0;
   exception_.clear();
+  viewers_due_ = {};
   state_ = paused ? State::paused : State::running;
   pacer_.set_interval(interval());
-  stream_.start_run(*simulation_, run_state());
+  stream_.start_run(*view_, run_state());
   anchor();
-  const inputs::Scenario& scenario = simulation_->scenario();
-  ROS_INFO_NAMED("run", "run %u: %s, %zu cars at %.1f mph, rate %g%s", run_id(), scenario.title.c_str(),
-                 simulation_->cars().size(), scenario.initial.speed / inputs::kMph, pacer_.rate(),
+  const inputs::Scenario& scenario = view_->scenario();
+  ROS_INFO_NAMED("run", "run %u: %s%s, %zu cars at %.1f mph, rate %g%s", run_id(), is_replay() ? "replay of " : "",
+                 scenario.title.c_str(), view_->cars().size(), scenario.initial.speed / inputs::kMph, pacer_.rate(),
                  paused ? ", paused" : "");
 }
 
 void SimulationLoop::tick() {
-  const double before = simulation_->time();
+  const double before = view_->time();
   const double target = static_cast<double>(tick_ + 1) * interval();
   try {
-    simulation_->advance(target, &control_.attention);
+    if (recording_) recording_->advance(target);
+    else simulation_->advance(target, &control_.attention);
   } catch (const std::exception& e) {
     exception_ = e.what();
   }
-  const bool interrupted = simulation_->time() < target && !simulation_->ended() && exception_.empty();
+  const bool interrupted = !is_replay() && view_->time() < target && !view_->ended() && exception_.empty();
   if (interrupted) return;  // the rest when the one who waits is served
   ++tick_;
-  if (simulation_->time() > before) stream_.grid_point(*simulation_, outcome());
+  if (view_->time() > before) stream_.grid_point(*view_, outcome());
   watch_bag();
   if (stepping_) {
     ++stepping_->progress.ticks;
@@ -147,7 +186,7 @@ void SimulationLoop::tick() {
   } else {
     late_max_ = std::max(late_max_, pacer_.done(WallClock::now(), target));
   }
-  if (simulation_->ended() || !exception_.empty()) {
+  if (view_->ended() || !exception_.empty()) {
     end_run();
   } else if (stepping_ && stepping_->left == 0) {
     stream_.complete_markers();
@@ -159,7 +198,7 @@ void SimulationLoop::end_run() {
   const outcome::Outcome outcome = this->outcome();
   const bool failed = outcome.ended == outcome::Ended::integration_failed;
   state_ = failed ? State::failed : State::ended;
-  stream_.end_run(*simulation_, outcome, run_state());
+  stream_.end_run(*view_, outcome, run_state());
   idle_due_ = WallClock::now() + wall_seconds(kIdleInterval);
   report(WallClock::now());
   if (stepping_) finish_step({stepping_->left == 0, "the run has ended at " + at_time()});
@@ -175,7 +214,7 @@ void SimulationLoop::end_run() {
 }
 
 outcome::Outcome SimulationLoop::outcome() const {
-  outcome::Outcome outcome = simulation_->outcome();
+  outcome::Outcome outcome = view_->outcome();
   if (!exception_.empty()) {
     outcome.ended = outcome::Ended::integration_failed;
     outcome.message = exception_;
@@ -202,6 +241,11 @@ Answer SimulationLoop::pause() {
 
 Answer SimulationLoop::resume() {
   if (stepping_) return {false, "steps are under way; ~pause cuts them short"};
+  if (is_replay() && has_ended()) {
+    recording_->advance(0.0);
+    start_run(false);
+    return {true, "replayed from its beginning"};
+  }
   switch (state_) {
     case State::paused: break;
     case State::running: return {true, "already running"};
@@ -223,7 +267,7 @@ Answer SimulationLoop::set_rate(double rate) {
 }
 
 void SimulationLoop::step(std::uint32_t ticks, double seconds, StepDone done) {
-  const auto refuse = [&](const std::string& why) { done({false, why}, {0, simulation_->time()}); };
+  const auto refuse = [&](const std::string& why) { done({false, why}, {0, view_->time()}); };
   if (stepping_) return refuse("other steps are under way");
   if (state_ == State::running) return refuse("the run is not paused; ~pause first");
   if (has_ended()) return refuse("the run has ended at " + at_time() + "; ~restart starts anew");
@@ -238,19 +282,37 @@ void SimulationLoop::step(std::uint32_t ticks, double seconds, StepDone done) {
                                 kStepTicksMax * interval()));
     }
   }
-  stepping_ = Stepping{static_cast<std::int64_t>(count), {0, simulation_->time()}, std::move(done)};
+  stepping_ = Stepping{static_cast<std::int64_t>(count), {0, view_->time()}, std::move(done)};
 }
 
 void SimulationLoop::finish_step(const Answer& answer) {
   const Stepping finished = std::move(*stepping_);
   stepping_.reset();
-  finished.done(answer, {finished.progress.ticks, simulation_->time()});
+  finished.done(answer, {finished.progress.ticks, view_->time()});
+}
+
+Answer SimulationLoop::seek(double time, double& shown) {
+  shown = view_->time();
+  if (stepping_) return {false, "steps are under way; ~pause cuts them short"};
+  if (state_ == State::running) return {false, "the run is not paused; ~pause first"};
+  const std::string allowed = fmt::format("0 to {:g} s", stream_.kept_until());
+  if (!(time >= 0.0) || time > stream_.kept_until() + kTickRounding) {
+    return {false, fmt::format("time = {}: out of range; allowed: {}", time, allowed)};
+  }
+  const std::optional<double> moment = stream_.show(*view_, time);
+  if (!moment) return {false, "no moments are kept: parameter history_memory is 0"};
+  shown = *moment;
+  return {true, fmt::format("shown as it was at {:g} s", shown)};
 }
 
 Answer SimulationLoop::restart(NextRun next) {
+  if (is_replay()) return {false, kNoRestart};
   if (stepping_) finish_step({false, "cut short by ~restart at " + at_time()});
   source_ = std::move(next.source);
-  start_run(std::move(next.simulation), next.paused);
+  view_.reset();
+  simulation_ = std::move(next.simulation);
+  view_ = std::make_shared<SimulationView>(*simulation_, parameters_.event_coupler_force);
+  start_run(next.paused);
   return {true, fmt::format("run {} {}", run_id(), next.paused ? "waits, paused" : "has started")};
 }
 
@@ -263,6 +325,8 @@ RunState SimulationLoop::run_state() const {
     case State::failed: state.state = RunInfo::FAILED; break;
   }
   state.rate = pacer_.rate();
+  state.replay = is_replay();
+  state.kept_until = stream_.kept_until();
   state.clock_publishers = clock_watch_.rivals();
   return state;
 }
@@ -272,7 +336,7 @@ void SimulationLoop::publish_run_info() {
   std::string message;
   if (state_ == State::ended) message = outcome::to_string(outcome.ended);
   if (state_ == State::failed) message = outcome.message;
-  stream_.run_info(*simulation_, run_state(), message);
+  stream_.run_info(*view_, run_state(), message);
 }
 
 void SimulationLoop::keep_time_going(WallTime now) {
@@ -312,11 +376,11 @@ void SimulationLoop::report(WallTime now) {
     case State::ended: health.state = "ended"; break;
     case State::failed: health.state = "failed"; break;
   }
-  health.time = simulation_->time();
+  health.time = view_->time();
   health.rate = pacer_.rate();
   if (const double window = pacer_.window(now); state_ == State::running && window >= window_min) {
     health.lost_share = pacer_.take_lost() / window;
-    health.achieved_rate = pacer_.take_achieved_rate(now, simulation_->time());
+    health.achieved_rate = pacer_.take_achieved_rate(now, view_->time());
   }
   health.late_max = late_max_;
   health.clock_publishers = clock_watch_.rivals();
@@ -325,6 +389,6 @@ void SimulationLoop::report(WallTime now) {
   late_max_ = 0.0;
 }
 
-std::string SimulationLoop::at_time() const { return fmt::format("{:g} s", simulation_->time()); }
+std::string SimulationLoop::at_time() const { return fmt::format("{:g} s", view_->time()); }
 
 }  // namespace train_derail::ros_face

@@ -39,6 +39,7 @@ class BagRecorder : public MessageSink {
   const std::string& path() const { return path_; }
 
   bool wants_markers() const override { return true; }
+  bool is_read_from_the_middle() const override { return true; }
 
  private:
   void begin(const std::string& name);
@@ -51,6 +52,7 @@ class BagRecorder : public MessageSink {
   int lock_ = -1;                     ///< descriptor of the locked `path`.active; -1 with an OutputFile
   std::unique_ptr<rosbag::Bag> bag_;  ///< null once closed
   std::string error_;
+  ::ros::Time now_;  ///< newest stamp so far
   /// Header of each topic in the bag, in the order of Topics. It is made with the first message of the topic.
   std::array<boost::shared_ptr<::ros::M_string>, kTopicCount> connections_;
 };

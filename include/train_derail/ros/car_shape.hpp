@@ -1,5 +1,5 @@
 /// \file
-/// What a car looks like in RViz: a few dozen triangles and lines in the car's own axes. x points forward, y to the
+/// What a car looks like in RViz: a few dozen triangles in the car's own axes. x points forward, y to the
 /// left, z up from the rail head; the origin is midway between the truck centres. All lengths are in m.
 #pragma once
 
@@ -16,9 +16,8 @@ using Points = std::vector<geometry_msgs::Point>;
 
 /// Points of one car's picture.
 struct CarShape {
-  Points body;   ///< triangles in the colour of the car's state; corners counter-clockwise as seen from outside
-  Points dark;   ///< triangles of trucks, underframe, doors and openings
-  Points edges;  ///< pairs of ends of lines; the first eight points are the four sides of the footprint
+  Points body;  ///< triangles in the colour of the car's state; corners counter-clockwise as seen from outside
+  Points dark;  ///< triangles of trucks, underframe, doors, openings and outlines
 };
 
 /// Height of the top of every body above the rail head [m].

@@ -21,6 +21,9 @@ struct Occurrence {
   std::string text;    ///< one line for people
 };
 
+/// Threshold of COUPLER_PEAK events unless something else is asked for [N].
+inline constexpr double kEventCouplerForce = 1000.0 * inputs::kKip;
+
 /// Finds what happened between two points of the output grid. Each run needs an object of its own.
 class EventDetector {
  public:

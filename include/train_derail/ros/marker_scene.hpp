@@ -1,63 +1,89 @@
 /// \file
-/// Picture of a run for RViz. It is a few list markers in the world frame. Each array is complete, so that someone who
-/// joins late, or jumps about in a bag, sees everything.
+/// The moving part of the scene that RViz shows: cars, forces of couplers, places where cars touch.
 #pragma once
 
+#include <cstdint>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include <ros/time.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include "train_derail/model/train.hpp"
 #include "train_derail/outcome/outcome.hpp"
 #include "train_derail/ros/car_shape.hpp"
+#include "train_derail/ros/frames.hpp"
+#include "train_derail/ros/palette.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::ros_face {
 
-/// Keeps the markers of one run up to date. Each run needs an object of its own. Each kind of thing has a namespace.
+/// The markers of one run. What belongs to a car lies in the car's tf frame, locked to it, so that only what looks
+/// different from before need be sent. Markers have no stamp: they stand where tf says at the moment.
+///
+/// Namespaces, with the car's number as id: `cars` (the body in the colour of what it is), `car_parts` (trucks,
+/// outlines, number and bars on the roof, broken couplers), `couplers_front` and `couplers_rear` (an arrow on the roof:
+/// towards the coupler in buff, away from it in draft, in the colour of the force's class). `touches` lie in the world:
+/// a star where cars come to touch, and the closing speed above it; they fade within a simulated second.
 class MarkerScene {
  public:
-  /// `cars` are those of `scenario`, `frame` is the name of the world frame, `interval` the simulated time between two
-  /// arrays [s]. A touch is shown for a second, but at least once.
-  MarkerScene(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const std::string& frame,
+  /// `cars` are those of `scenario`; `interval` is the longest time from one update to the next, simulated [s].
+  MarkerScene(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const Frames& frames,
               double interval);
 
-  /// Returns how long a touch of two cars is shown, in simulated time [s].
+  /// Returns how long a touch is shown, simulated [s].
   double flash_time() const { return flash_time_; }
+  /// Makes the scene that of `now`, later or earlier than what it has been. `touches` need hold only those that are at
+  /// most flash_time() old.
+  void update(const simulation::Snapshot& now, const std::vector<outcome::FirstTouch>& touches);
 
-  /// Draws one point of the output grid. `touches` are in the order of time and hold at least those of the last
-  /// flash_time(). (pile_up_x, pile_up_y) is where the close-up camera looks, in the world frame [m].
-  void update(const simulation::Snapshot& now, const outcome::Outcome& outcome,
-              const std::vector<outcome::FirstTouch>& touches, double pile_up_x, double pile_up_y,
-              const ::ros::Time& stamp);
-
-  /// Returns the markers of the last update().
-  const visualization_msgs::MarkerArray& markers() const { return array_; }
-  /// Returns the same behind a command that removes everything shown before: for the first array of a run.
-  visualization_msgs::MarkerArray markers_on_empty() const;
+  /// Returns what has to be sent for those who have had everything so far. Forces may wait for a tenth of a simulated
+  /// second unless `all` is set. May be empty.
+  visualization_msgs::MarkerArray take_changes(bool all);
+  /// Returns everything that is shown.
+  visualization_msgs::MarkerArray whole() const;
+  /// Returns everything, after a marker that removes what was shown of the run before.
+  visualization_msgs::MarkerArray whole_on_empty() const;
 
  private:
-  void add_track(const inputs::Scenario& scenario);
-  void add_legends();
-  /// Returns the index of the marker that holds the bodies of cars in the state of `car`.
-  std::size_t body_slot(const simulation::CarSnapshot& car) const;
-  void draw_cars(const simulation::Snapshot& now);
-  void draw_couplers(const simulation::Snapshot& now);
-  std::string status_text(const simulation::Snapshot& now, const outcome::Outcome& outcome) const;
-  void draw_text(const simulation::Snapshot& now, const outcome::Outcome& outcome, double pile_up_x, double pile_up_y);
-  void draw_flashes(double time, const std::vector<outcome::FirstTouch>& touches);
+  using Marker = visualization_msgs::Marker;
+
+  /// What a car looks like.
+  struct Shown {
+    Look look = Look::on_track;
+    bool front_broken = false, rear_broken = false;
+    int front_force = 0, rear_force = 0;  ///< classes of forces
+
+    bool same_body(const Shown& o) const {
+      return look == o.look && front_broken == o.front_broken && rear_broken == o.rear_broken;
+    }
+  };
+  /// A star in the world, and the words above it.
+  struct Flash {
+    int step = 0;  ///< how far it has faded
+    Marker star;
+    std::optional<Marker> text;
+  };
+  using TouchKey = std::pair<int, int>;  ///< the two cars
+
+  Shown shown_of(const simulation::Snapshot& now, std::size_t car) const;
+  Marker body(std::size_t car) const;
+  Marker parts(std::size_t car) const;
+  /// Of the front or the rear coupler; empty if it has no force.
+  std::optional<Marker> arrow(std::size_t car, bool front) const;
+  void update_flashes(double time, const std::vector<outcome::FirstTouch>& touches);
+  Flash make_flash(const outcome::FirstTouch& touch, int id, int step, bool told) const;
 
   const std::vector<model::Car> cars_;
-  std::vector<CarShape> shapes_;                   ///< shape of every car
-  const bool rails_yield_;                         ///< bodies are then coloured by what derailed them
-  double train_length_;                            ///< [m]
-  double far_text_ = 0.0;                          ///< height of text for a view of the whole train [m]
-  double force_axis_y_ = 0.0;                      ///< line from which the forces are drawn [m]
-  double middle_x_ = 0.0, status_y_ = 0.0;         ///< place of text for a view of the whole train [m]
-  double flash_time_;                              ///< [s]
-  std::vector<geometry_msgs::Point> near_legend_;  ///< places of its markers around its centre [m]
-  visualization_msgs::MarkerArray array_;
+  const Frames frames_;
+  const bool rails_yield_;
+  const double flash_time_;
+  std::vector<CarShape> shapes_;  ///< one for each car
+  std::vector<Shown> now_, sent_;
+  double time_ = 0.0, forces_sent_ = -1.0;  ///< simulated [s]
+  std::map<TouchKey, Flash> flashes_;
+  std::map<TouchKey, Flash> flashes_sent_;
 };
 
 }  // namespace train_derail::ros_face

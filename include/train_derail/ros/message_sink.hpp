@@ -41,6 +41,10 @@ class MessageSink {
   /// Returns whether markers are wanted. They are costly, and are made only if some sink wants them.
   virtual bool wants_markers() const = 0;
 
+  /// Returns whether somebody may begin in the middle of what the sink has received, unnoticed, as with a bag. Markers
+  /// that have not changed are then repeated for it now and then.
+  virtual bool is_read_from_the_middle() const { return false; }
+
  protected:
   /// Does what the sink does with a message.
   virtual void receive(const AnyMessage& message) = 0;

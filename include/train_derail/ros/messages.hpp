@@ -42,6 +42,17 @@ PileUp to_message(const Heap& heap, double time, const std_msgs::Header& header,
 /// Message of ~events.
 Event to_message(const Occurrence& occurrence, const std_msgs::Header& header, std::uint32_t run_id);
 
+/// Cars of a message of ~cars.
+std::vector<simulation::CarSnapshot> from_message(const CarStates& message);
+/// Couplers of a message of ~couplers.
+std::vector<simulation::CouplerSnapshot> from_message(const CouplerForces& message);
+/// Impacts of a message of ~impacts.
+std::vector<model::Impact> from_message(const Impacts& message);
+/// Outcome of a message of ~outcome.
+outcome::Outcome from_message(const Outcome& message);
+/// Content of a message of ~events.
+Occurrence from_message(const Event& message);
+
 /// Transform from the frame of `header` to `child`: a point (x, y) of the ground plane [m], turned by `yaw` [rad] about
 /// z.
 geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x,

@@ -17,13 +17,15 @@ namespace train_derail::ros_face {
 
 /// Parameters of the node itself; README.md has the table.
 struct NodeParameters {
-  double rate = 1.0;                ///< simulated seconds per wall second [-]; 0: as fast as the integrator goes
-  bool start_paused = false;        ///< whether the first run waits for ~resume or ~step
-  bool exit_when_done = false;      ///< whether the node ends with its run
-  StreamOptions stream;             ///< what is in the messages
-  bool publish_clock = true;        ///< whether there is a topic /clock
-  bool publish_tf = true;           ///< whether there are topics /tf and /tf_static
-  std::string results_folder;       ///< absolute path; bags and results of studies are written below it
+  double rate = 1.0;            ///< simulated seconds per wall second [-]; 0: as fast as the integrator goes
+  bool start_paused = false;    ///< whether the first run waits for ~resume or ~step
+  bool exit_when_done = false;  ///< whether the node ends with its run
+  double viewers_wait = 0.0;    ///< how long the first run waits for somebody who watches, wall time [s]
+  StreamOptions stream;         ///< what is in the messages
+  double event_coupler_force = kEventCouplerForce;  ///< threshold of COUPLER_PEAK events [N]
+  bool publish_clock = true;                        ///< whether there is a topic /clock
+  bool publish_tf = true;                           ///< whether there are topics /tf and /tf_static
+  std::string results_folder;                       ///< absolute path; bags and results of studies are written below it
   std::string bag;                  ///< file or folder to record to, below results_folder; "": no recording
   double overload_threshold = 0.1;  ///< share of lost wall time above which the node warns [-]
   double diagnostics_period = 1.0;  ///< wall time between two reports on /diagnostics [s]

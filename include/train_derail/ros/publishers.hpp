@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
@@ -22,12 +23,21 @@ class Publishers : public MessageSink {
   void idle(const rosgraph_msgs::Clock& clock, const tf2_msgs::TFMessage& frames) override;
   bool wants_markers() const override;
 
+  /// Returns whether somebody sees and charts the run: there are listeners to the markers and to the couplers, as far
+  /// as there are such topics.
+  bool is_watched() const;
+  /// Returns whether somebody has begun to listen to the markers since the last call.
+  bool take_newcomers();
+
   /// Returns whether anybody listens to what the run yields; /clock and /tf_static do not count.
   bool has_subscribers() const;
 
  private:
   void receive(const AnyMessage& message) override;
+  bool has_listeners(std::size_t topic) const;
 
+  ::ros::CallbackQueue newcomers_;  ///< says who begins to listen to the markers
+  bool has_newcomers_ = false;
   std::array<::ros::Publisher, kTopicCount>
       publishers_;  ///< in the order of Topics; an empty one for each topic that is off
 };

@@ -7,27 +7,29 @@
 #include <string>
 #include <vector>
 
-#include "train_derail/ros/event_detector.hpp"
 #include "train_derail/ros/frames.hpp"
 #include "train_derail/ros/marker_scene.hpp"
 #include "train_derail/ros/message_sink.hpp"
 #include "train_derail/ros/pile_up_follower.hpp"
+#include "train_derail/ros/run_history.hpp"
+#include "train_derail/ros/run_view.hpp"
 #include "train_derail/ros/sim_clock.hpp"
-#include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::ros_face {
 
 /// What is in the messages.
 struct StreamOptions {
-  Frames frames;          ///< names of tf frames
-  int markers_every = 1;  ///< grid points from one array of markers to the next; 0: no markers
-  double event_coupler_force = 1000.0 * inputs::kKip;  ///< threshold of COUPLER_PEAK events [N]
+  Frames frames;                  ///< names of tf frames
+  int markers_every = 1;          ///< grid points from one look at the markers to the next; 0: no markers
+  std::size_t history_bytes = 0;  ///< memory for the moments of a run, to be shown again
 };
 
 /// Parts of ~run_info that the simulation does not know.
 struct RunState {
   std::uint8_t state = RunInfo::RUNNING;      ///< a constant of RunInfo
   double rate = 0.0;                          ///< wanted simulated seconds per wall second [-]
+  bool replay = false;                        ///< whether the run was recorded earlier
+  double kept_until = 0.0;                    ///< simulated time up to which show() knows the run [s]
   std::vector<std::string> clock_publishers;  ///< nodes that publish /clock, if there is more than one
 };
 
@@ -38,21 +40,29 @@ class RunStream {
   RunStream(const StreamOptions& options, std::vector<MessageSink*> sinks);
 
   /// Begins the next run: sends its inputs and what holds at time 0.
-  void start_run(const simulation::Simulation& simulation, const RunState& state);
-  /// To be called when the simulation has reached the next point of its output grid. Sends clock, tf, cars, couplers,
-  /// markers and events, all with one stamp, and impacts and outcome once a simulated second.
-  void grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
+  void start_run(RunView& run, const RunState& state);
+  /// To be called when the run has reached the next point of its output grid. Sends clock, tf, cars, couplers, the
+  /// heap, changed markers and events, all with one stamp, the outcome ten times a simulated second and
+  /// impacts once.
+  void grid_point(RunView& run, const outcome::Outcome& outcome);
   /// Ends the run: sends the last events, markers and impacts, the final outcome, and the state.
-  void end_run(const simulation::Simulation& simulation, const outcome::Outcome& outcome, const RunState& state);
+  void end_run(RunView& run, const outcome::Outcome& outcome, const RunState& state);
 
   /// After the end of a run: lets /clock go on by `seconds`, and tf with it, so that nodes that follow them do not
   /// stand still. Bags do not have this.
   void idle(double seconds);
+  /// Sends clock, tf, cars, couplers, the heap, markers and outcome as they were at the moment nearest to `time` that
+  /// is kept [s], with new stamps. Returns that moment's time; empty if none is kept.
+  std::optional<double> show(const RunView& run, double time);
+  /// Returns the latest moment that show() knows [s].
+  double kept_until() const { return history_.until(); }
 
-  /// Sends the markers of the last grid point if they were left out.
+  /// Sends the changes of the markers that were left out so far.
   void complete_markers();
+  /// Sends all markers, for somebody who has just come.
+  void repeat_markers();
   /// Sends ~run_info; `message` says why the run has ended or failed.
-  void run_info(const simulation::Simulation& simulation, const RunState& state, const std::string& message = "");
+  void run_info(const RunView& run, const RunState& state, const std::string& message = "");
 
   /// Returns the number of the run, from 1; 0 before the first.
   std::uint32_t run_id() const { return run_id_; }
@@ -68,31 +78,35 @@ class RunStream {
     for (MessageSink* sink : sinks_) sink->send<Topic>(message);
   }
   tf2_msgs::TFMessage moving_frames(const std_msgs::Header& header) const;
-  void send_grid_point(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
-  void send_events(const simulation::Simulation& simulation, const outcome::Outcome& outcome);
+  /// Sends what moves, as it is in `last_`.
+  void send_moment(const RunView& run);
+  void send_grid_point(RunView& run, const outcome::Outcome& outcome);
+  void send_events(RunView& run, const outcome::Outcome& outcome);
   /// If there is something new.
-  void send_impacts(const simulation::Simulation& simulation);
-  void send_markers();
+  void send_impacts(const RunView& run);
+  /// Whoever reads a bag from its middle finds everything again after a while.
+  void repeat_for_readers();
+  void send_markers(bool all);
   bool markers_wanted() const;
 
   const StreamOptions options_;
   const std::vector<MessageSink*> sinks_;
   SimClock clock_;
-  EventDetector events_;
   PileUpFollower pile_up_;
   std::optional<MarkerScene> scene_;
+  RunHistory history_;
   Inputs inputs_;
   Impacts impacts_;  ///< as last sent
   std::uint32_t run_id_ = 0;
   std::int64_t grid_points_ = 0;  ///< grid points of this run so far
   bool markers_empty_ = false;    ///< whether nothing of this run is shown yet
+  double whole_markers_ = 0.0;    ///< when readers of bags last got all markers, simulated [s]
 
-  // Of the last grid point, for complete_markers().
+  // Of what was sent last.
   bool markers_sent_ = false;
   simulation::Snapshot last_;
-  Heap heap_;  ///< of it
-  outcome::Outcome last_outcome_;
-  std::vector<outcome::FirstTouch> last_touches_;  ///< touches that are recent enough to be shown
+  Heap heap_;
+  std::vector<outcome::FirstTouch> touches_;  ///< recent enough to be shown
 };
 
 }  // namespace train_derail::ros_face

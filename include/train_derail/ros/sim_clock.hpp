@@ -31,6 +31,12 @@ class SimClock {
   /// Goes on by `seconds` of time, past the end of the run.
   void advance_by(double seconds) { now_ += ::ros::Duration(seconds); }
 
+  /// Goes on by `seconds` within a run: its time 0 and all later stamps move with it.
+  void slip(double seconds) {
+    start_ += ::ros::Duration(seconds);
+    now_ += ::ros::Duration(seconds);
+  }
+
   /// Begins a run at the next whole second.
   void start_run() {
     start_ = ::ros::Time(now_.sec + 1, 0);

@@ -19,6 +19,7 @@
 #include "train_derail/ros/pacer.hpp"
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/publishers.hpp"
+#include "train_derail/ros/recording.hpp"
 #include "train_derail/ros/run_stream.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
@@ -63,6 +64,9 @@ class SimulationLoop {
   /// valid or the bag cannot be written; nothing is advertised then. `control` must outlive the loop.
   SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters, const FileBounds& bounds,
                  const ScenarioSource& source, LoopControl& control);
+  /// The same for a run that was recorded.
+  SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters, const FileBounds& bounds,
+                 std::unique_ptr<Recording> recording, LoopControl& control);
 
   /// Runs until it is to stop, ROS shuts down, or, with exit_when_done, the run has ended. Returns the exit code of the
   /// node: 0; 1 if the bag could not be written; 3 if the integration failed.
@@ -78,6 +82,8 @@ class SimulationLoop {
   Answer resume();
   /// Sets the wanted simulated seconds per wall second [-]; 0: as fast as the integrator goes.
   Answer set_rate(double rate);
+  /// Shows a run that stands still as it was at `time` [s]; `shown` becomes the time of the moment that is shown.
+  Answer seek(double time, double& shown);
   /// Drops the current run and begins `next`.
   Answer restart(NextRun next);
   /// Returns what the current scenario was made from.
@@ -100,7 +106,11 @@ class SimulationLoop {
     StepDone done;
   };
 
-  void start_run(simulation::Simulation simulation, bool paused);
+  SimulationLoop(::ros::NodeHandle& private_handle, const NodeParameters& parameters, const FileBounds& bounds,
+                 LoopControl& control);
+  void start_run(bool paused);
+  /// Lets the first run go on once somebody watches, or when the time for that is over.
+  void watch_for_viewers(WallTime now);
   void tick();
   void end_run();
   void finish_step(const Answer& answer);
@@ -112,9 +122,10 @@ class SimulationLoop {
   void watch_bag();
   RunState run_state() const;
   void report(WallTime now);
-  void anchor() { pacer_.anchor(WallClock::now(), simulation_->time()); }
+  void anchor() { pacer_.anchor(WallClock::now(), view_->time()); }
   bool has_ended() const { return state_ == State::ended || state_ == State::failed; }
-  double interval() const { return simulation_->scenario().output.interval; }
+  double interval() const { return view_->scenario().output.interval; }
+  bool is_replay() const { return recording_ != nullptr; }
   std::string at_time() const;
   /// The simulation's, or that it threw.
   outcome::Outcome outcome() const;
@@ -122,7 +133,10 @@ class SimulationLoop {
   const NodeParameters parameters_;
   LoopControl& control_;
   ScenarioSource source_;
+  // One of the two, and how it is seen.
   std::optional<simulation::Simulation> simulation_;
+  std::shared_ptr<Recording> recording_;
+  std::shared_ptr<RunView> view_;
   CommandQueue commands_{&control_.attention};
   std::unique_ptr<BagRecorder> bag_;
   bool bag_failed_ = false;
@@ -132,7 +146,9 @@ class SimulationLoop {
   Pacer pacer_;
   ClockWatch clock_watch_;
   std::uint32_t clock_changes_seen_ = 0;
-  WallTime idle_due_{};  ///< when the next message of /clock is due after the end of a run
+  WallTime viewers_due_{};  ///< until when the first run waits for somebody who watches; 0: it does not
+  WallTime repeat_due_{};   ///< when all markers are sent again
+  WallTime idle_due_{};     ///< when the next message of /clock is due after the end of a run
 
   State state_ = State::paused;
   std::string exception_;  ///< what the simulation threw; "" if it did not

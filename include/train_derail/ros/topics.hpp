@@ -70,10 +70,10 @@ struct CouplersTopic {
 struct MarkersTopic {
   using Message = visualization_msgs::MarkerArray;
   static constexpr TopicFacts facts{
-      "~markers", kMarkerQueue, Latched::yes,
-      "cars with the body of their block's name, couplers with arrows (buff: towards each other), broken ones as a "
-      "gap, track with its curves, legends, text; where rails yield the colour says what derailed a car; for a "
-      "simulated second a star with the closing speed wherever two cars come to touch"};
+      "~markers", kMarkerQueue, Latched::no,
+      "cars with the body of their block's name, number and what they are on the roof, in their own frames; arrows at "
+      "couplers by force (buff: towards each other), broken ones; a star with the closing speed where two cars come to "
+      "touch. Only what has changed; who comes late gets everything once"};
 };
 struct TrackMarkersTopic {
   using Message = visualization_msgs::MarkerArray;
@@ -107,7 +107,7 @@ struct ImpactsTopic {
 struct OutcomeTopic {
   using Message = Outcome;
   static constexpr TopicFacts facts{"~outcome", kStreamQueue, Latched::yes,
-                                    "what has come out so far, once a simulated second; final at the end"};
+                                    "what has come out so far, ten times a simulated second; final at the end"};
 };
 struct RunInfoTopic {
   using Message = RunInfo;

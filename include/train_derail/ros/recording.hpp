@@ -1,0 +1,51 @@
+/// \file
+/// A run that was recorded in a bag, to be shown again.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "train_derail/ros/run_view.hpp"
+
+namespace train_derail::ros_face {
+
+/// One run of a bag, read whole into memory. It is advanced as a simulation is.
+class Recording final : public RunView {
+ public:
+  /// Reads the run with the number `run_id`; 0: the last one of the bag. Throws std::runtime_error, which names the file,
+  /// if it cannot be read, holds no run of train_derail, or not this one.
+  Recording(const std::string& path, std::uint32_t run_id);
+
+  /// Goes on to the last recorded moment that is not later than `t` [s]; back, if `t` is earlier.
+  void advance(double t);
+
+  const inputs::Scenario& scenario() const override { return scenario_; }
+  const std::vector<model::Car>& cars() const override { return cars_; }
+  double time() const override { return moments_[at_].time; }
+  bool ended() const override { return at_ + 1 == moments_.size(); }
+  simulation::Snapshot snapshot() const override { return moments_[at_]; }
+  outcome::Outcome outcome() const override;
+  const std::vector<outcome::FirstTouch>& touches() const override { return touches_; }
+  const std::vector<model::Impact>& impacts() const override;
+  std::vector<Occurrence> take_events(const simulation::Snapshot& now, const outcome::Outcome& outcome) override;
+
+ private:
+  /// Something that was sent at a moment of the run.
+  template <class T>
+  struct Sent {
+    double time;  ///< simulated [s]
+    T content;
+  };
+
+  inputs::Scenario scenario_;
+  std::vector<model::Car> cars_;
+  std::vector<simulation::Snapshot> moments_;  ///< at least one
+  std::vector<Sent<outcome::Outcome>> outcomes_;
+  std::vector<Sent<std::vector<model::Impact>>> impacts_;
+  std::vector<Sent<Occurrence>> events_;  ///< by the time at which they were sent
+  std::vector<outcome::FirstTouch> touches_;
+  std::size_t at_ = 0, events_taken_ = 0;
+};
+
+}  // namespace train_derail::ros_face
