@@ -19,7 +19,6 @@ inline std_msgs::ColorRGBA colour(Rgb rgb) {
   return c;
 }
 
-/// A marker without stamp: what it stands on is looked up when it is drawn.
 inline visualization_msgs::Marker make_marker(const std::string& frame, const std::string& ns, int id, int type,
                                               const std_msgs::ColorRGBA& c, double sx, double sy, double sz) {
   visualization_msgs::Marker m;

@@ -110,6 +110,7 @@ constexpr int kExitOther = 1;
 struct Arguments {
   std::string replay;  // bag; "": a simulation
   std::uint32_t run = 0;
+  double start = 0.0;  // simulated [s]
 };
 
 /// The bag is named by who starts the node, not by a parameter: everybody on the network can set those.
@@ -119,6 +120,8 @@ Arguments read_arguments(int argc, char** argv) {
   app.add_option("--replay", arguments.replay, "bag with a run of train_derail, shown instead of a simulation")
       ->check(CLI::ExistingFile);
   app.add_option("--replay-run", arguments.run, "number of the run in the bag; 0: the last one");
+  app.add_option("--replay-start", arguments.start, "simulated time at which the replay begins [s]")
+      ->check(CLI::NonNegativeNumber);
   app.parse(argc, argv);
   return arguments;
 }
@@ -132,6 +135,7 @@ std::unique_ptr<SimulationLoop> make_loop(::ros::NodeHandle& handle, const NodeP
     return std::make_unique<SimulationLoop>(handle, parameters, bounds, source, control);
   }
   auto recording = std::make_unique<Recording>(arguments.replay, arguments.run);
+  recording->advance(arguments.start);
   return std::make_unique<SimulationLoop>(handle, parameters, bounds, std::move(recording), control);
 }
 

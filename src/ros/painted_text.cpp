@@ -16,7 +16,7 @@ struct Stroke {
 
 /// The seven strokes of a digit: top, upper right, lower right, bottom, lower left, upper left, middle.
 std::vector<Stroke> digit(unsigned lit) {
-  static constexpr Stroke kSeven[] = {{0, 1, 1, 1}, {1, 1, 1, 0.5}, {1, 0.5, 1, 0}, {0, 0, 1, 0},
+  static constexpr Stroke kSeven[] = {{0, 1, 1, 1},   {1, 1, 1, 0.5}, {1, 0.5, 1, 0},  {0, 0, 1, 0},
                                       {0, 0, 0, 0.5}, {0, 0.5, 0, 1}, {0, 0.5, 1, 0.5}};
   std::vector<Stroke> strokes;
   for (unsigned i = 0; i < 7; ++i) {

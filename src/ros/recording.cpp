@@ -26,7 +26,8 @@ void for_each_message(const rosbag::Bag& bag, const Use& use) {
   const auto wanted = [&](const rosbag::ConnectionInfo* connection) {
     const std::string& topic = connection->topic;
     return connection->datatype == ::ros::message_traits::datatype<typename Topic::Message>() &&
-           topic.size() > ending.size() && topic.compare(topic.size() - ending.size() - 1, std::string::npos, "/" + ending) == 0;
+           topic.size() > ending.size() &&
+           topic.compare(topic.size() - ending.size() - 1, std::string::npos, "/" + ending) == 0;
   };
   for (const rosbag::MessageInstance& instance : rosbag::View(bag, wanted)) {
     if (const auto message = instance.instantiate<typename Topic::Message>()) use(*message);
@@ -111,15 +112,19 @@ Recording::Recording(const std::string& path, std::uint32_t run_id) {
   }
 }
 
-void Recording::advance(double t) {
+std::size_t Recording::index(double t) const {
   const auto after = std::upper_bound(moments_.begin(), moments_.end(), t + kRounding,
                                       [](double time, const simulation::Snapshot& now) { return time < now.time; });
-  at_ = after == moments_.begin() ? 0 : static_cast<std::size_t>(after - moments_.begin()) - 1;
+  return after == moments_.begin() ? 0 : static_cast<std::size_t>(after - moments_.begin()) - 1;
+}
+
+void Recording::advance(double t) {
+  at_ = index(t);
   if (at_ == 0) events_taken_ = 0;
 }
 
-outcome::Outcome Recording::outcome() const {
-  const auto* sent = latest(outcomes_, ended() ? inputs::kInfinity : time() + kRounding);
+outcome::Outcome Recording::outcome_at(double t) const {
+  const auto* sent = latest(outcomes_, t >= until() ? inputs::kInfinity : t + kRounding);
   return sent == nullptr ? outcome::Outcome() : sent->content;
 }
 

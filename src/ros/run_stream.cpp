@@ -77,17 +77,14 @@ void RunStream::idle(double seconds) {
   for (MessageSink* sink : sinks_) sink->idle(clock, frames);
 }
 
-std::optional<double> RunStream::show(const RunView& run, double time) {
-  const RunHistory::Moment* moment = history_.nearest(time);
-  if (moment == nullptr) return {};
+void RunStream::show(const RunView& run, const simulation::Snapshot& moment, const outcome::Outcome& outcome) {
   clock_.slip(kShowStep);
-  last_ = moment->now;
+  last_ = moment;
   // A camera that sits on the heap jumps with the time.
   pile_up_ = PileUpFollower();
   send_moment(run);
   send_markers(true);
-  send<OutcomeTopic>(to_message(moment->outcome, header(), run_id_));
-  return last_.time;
+  send<OutcomeTopic>(to_message(outcome, header(), run_id_));
 }
 
 tf2_msgs::TFMessage RunStream::moving_frames(const std_msgs::Header& header) const {
@@ -149,30 +146,42 @@ void RunStream::complete_markers() {
 
 void RunStream::repeat_markers() {
   if (!scene_ || options_.markers_every == 0) return;
-  scene_->update(last_, touches_);
-  scene_->take_changes(true);
-  send<MarkersTopic>(scene_->whole());
+  // Whatever is still to be sent must not get lost between the two.
+  send_markers(true);
+  send_whole(false);
 }
 
 void RunStream::repeat_for_readers() {
   if (last_.time < whole_markers_ + kWholeInterval) return;
   whole_markers_ = last_.time;
-  const visualization_msgs::MarkerArray whole = scene_->whole();
+  send_whole(true);
+}
+
+void RunStream::send_whole(bool to_readers) {
+  const auto wants = [&](const MessageSink* sink) { return sink->is_read_from_the_middle() == to_readers; };
+  if (std::none_of(sinks_.begin(), sinks_.end(), wants)) return;
+  const visualization_msgs::MarkerArray whole = stamped(scene_->whole());
   for (MessageSink* sink : sinks_) {
-    if (sink->is_read_from_the_middle()) sink->send<MarkersTopic>(whole);
+    if (wants(sink)) sink->send<MarkersTopic>(whole);
   }
 }
 
 void RunStream::send_markers(bool all) {
   scene_->update(last_, touches_);
-  const visualization_msgs::MarkerArray changes = scene_->take_changes(all || markers_empty_);
+  const visualization_msgs::MarkerArray changes = stamped(scene_->take_changes(all || markers_empty_));
   if (markers_empty_) {
-    send<MarkersTopic>(scene_->whole_on_empty());
+    send<MarkersTopic>(stamped(scene_->whole_on_empty()));
   } else if (!changes.markers.empty()) {
     send<MarkersTopic>(changes);
   }
   markers_empty_ = false;
   markers_sent_ = all;
+}
+
+visualization_msgs::MarkerArray RunStream::stamped(visualization_msgs::MarkerArray array) const {
+  // RViz waits for the frames of this moment, but would give up those of no moment once tf is ten seconds old.
+  for (visualization_msgs::Marker& marker : array.markers) marker.header.stamp = clock_.now();
+  return array;
 }
 
 bool RunStream::markers_wanted() const {

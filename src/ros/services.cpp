@@ -116,7 +116,7 @@ bool Services::restart(Restart::Request& request, Restart::Response& response) {
   ask(loop_.commands(), response, [&] {
     current = loop_.source();
     response.run_id = loop_.run_id();
-    return Answer{true, ""};
+    return loop_.can_restart();
   });
   if (response.success == 0) return true;
   std::optional<NextRun> next;

@@ -26,7 +26,7 @@ constexpr double kTickRounding = 1.0e-9;
 constexpr double kStepTicksMax = 1.0e9;
 
 /// Between two times that all markers are sent to those who listen: who records them can begin anywhere, wall [s].
-constexpr double kRepeatInterval = 5.0;
+constexpr double kRepeatInterval = 10.0;
 /// Between two looks whether those who are to watch have come, wall [s].
 constexpr double kViewersInterval = 0.05;
 
@@ -49,8 +49,6 @@ std::vector<MessageSink*> sinks(Publishers& publishers, BagRecorder* bag) {
   if (bag != nullptr) all.push_back(bag);
   return all;
 }
-
-constexpr char kNoRestart[] = "a recording is replayed: it cannot be run with other inputs";
 
 }  // namespace
 
@@ -102,8 +100,7 @@ int SimulationLoop::run() {
     const WallTime now = WallClock::now();
     watch_clock();
     watch_for_viewers(now);
-    if (publishers_.take_newcomers() ||
-        (now >= repeat_due_ && state_ == State::running && publishers_.wants_markers())) {
+    if (publishers_.take_newcomers() || (now >= repeat_due_ && publishers_.wants_markers())) {
       stream_.repeat_markers();
       repeat_due_ = now + wall_seconds(kRepeatInterval);
     }
@@ -152,8 +149,10 @@ void SimulationLoop::watch_for_viewers(WallTime now) {
   viewers_due_ = {};
 }
 
+double SimulationLoop::kept_until() const { return recording_ ? recording_->until() : stream_.history().until(); }
+
 void SimulationLoop::start_run(bool paused) {
-  tick_ = 0;
+  tick_ = std::llround(view_->time() / interval());
   exception_.clear();
   viewers_due_ = {};
   state_ = paused ? State::paused : State::running;
@@ -295,18 +294,29 @@ Answer SimulationLoop::seek(double time, double& shown) {
   shown = view_->time();
   if (stepping_) return {false, "steps are under way; ~pause cuts them short"};
   if (state_ == State::running) return {false, "the run is not paused; ~pause first"};
-  const std::string allowed = fmt::format("0 to {:g} s", stream_.kept_until());
-  if (!(time >= 0.0) || time > stream_.kept_until() + kTickRounding) {
-    return {false, fmt::format("time = {}: out of range; allowed: {}", time, allowed)};
+  const double until = kept_until();
+  if (!(time >= 0.0) || time > until + kTickRounding) {
+    return {false, fmt::format("time = {}: out of range; allowed: 0 to {:g} s", time, until)};
   }
-  const std::optional<double> moment = stream_.show(*view_, time);
-  if (!moment) return {false, "no moments are kept: parameter history_memory is 0"};
-  shown = *moment;
+  if (recording_) {
+    const simulation::Snapshot& moment = recording_->at(time);
+    stream_.show(*view_, moment, recording_->outcome_at(time));
+    shown = moment.time;
+  } else {
+    const RunHistory::Moment* moment = stream_.history().nearest(time);
+    if (moment == nullptr) return {false, "no moments are kept: parameter history_memory is 0"};
+    stream_.show(*view_, moment->now, moment->outcome);
+    shown = moment->now.time;
+  }
   return {true, fmt::format("shown as it was at {:g} s", shown)};
 }
 
+Answer SimulationLoop::can_restart() const {
+  if (is_replay()) return {false, "a recording is replayed: it cannot be run with other inputs"};
+  return {true, ""};
+}
+
 Answer SimulationLoop::restart(NextRun next) {
-  if (is_replay()) return {false, kNoRestart};
   if (stepping_) finish_step({false, "cut short by ~restart at " + at_time()});
   source_ = std::move(next.source);
   view_.reset();
@@ -326,7 +336,7 @@ RunState SimulationLoop::run_state() const {
   }
   state.rate = pacer_.rate();
   state.replay = is_replay();
-  state.kept_until = stream_.kept_until();
+  state.kept_until = kept_until();
   state.clock_publishers = clock_watch_.rivals();
   return state;
 }

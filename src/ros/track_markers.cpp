@@ -28,8 +28,8 @@ constexpr double kRulerAhead = 400.0;
 constexpr double kFoot = 0.3048;
 constexpr double kPodWidth = 0.6, kPodHeight = kRailHeight + 0.05, kPodTextHeight = 3.0;
 
-constexpr Rgb kGround{92, 98, 82}, kBallast{150, 146, 138}, kTie{66, 50, 38}, kRail{196, 198, 204},
-    kRuler{140, 148, 128}, kPod{255, 255, 255};
+constexpr Rgb kGround{124, 130, 108}, kBallast{150, 146, 138}, kTie{66, 50, 38}, kRail{196, 198, 204},
+    kRuler{178, 184, 164}, kPod{255, 255, 255};
 
 /// Arc lengths from rear to front between which the track may be drawn straight.
 std::vector<double> stations(const std::vector<inputs::Curve>& curves, double rear, double front) {
@@ -108,8 +108,8 @@ visualization_msgs::MarkerArray track_markers(const inputs::Scenario& scenario, 
   Marker pod_name = make_text(world, "point_of_derailment", 1, kPodTextHeight);
 
   add_quad(ground.points, make_point(rear - kGroundBeyond, -kGroundBeyond, 0.0),
-           make_point(front + kGroundBeyond, -kGroundBeyond, 0.0), make_point(front + kGroundBeyond, kGroundBeyond, 0.0),
-           make_point(rear - kGroundBeyond, kGroundBeyond, 0.0));
+           make_point(front + kGroundBeyond, -kGroundBeyond, 0.0),
+           make_point(front + kGroundBeyond, kGroundBeyond, 0.0), make_point(rear - kGroundBeyond, kGroundBeyond, 0.0));
   const std::vector<double> s = stations(scenario.track.curves, rear, front);
   for (std::size_t i = 0; i + 1 < s.size(); ++i) {
     const model::Track::Node from = track.at(s[i]), to = track.at(s[i + 1]);

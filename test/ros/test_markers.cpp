@@ -1,8 +1,7 @@
-// What RViz is shown: shapes of cars, markers and their legend.
+// What RViz is shown: shapes of cars, markers that are sent when they change, colours that everybody can tell apart.
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
-#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,9 +13,13 @@
 #include "train_derail/model/track.hpp"
 #include "train_derail/ros/car_shape.hpp"
 #include "train_derail/ros/marker_scene.hpp"
+#include "train_derail/ros/track_markers.hpp"
 
 namespace train_derail::ros_face {
 namespace {
+
+using test::Shown;
+using visualization_msgs::Marker;
 
 inputs::Scenario short_train(int cars) {
   inputs::Scenario s;
@@ -40,8 +43,6 @@ inputs::Scenario short_accident(int cars) {
   return s;
 }
 
-using visualization_msgs::Marker;
-
 const std::vector<std::string> kBodies{"tank_car", "hopper", "boxcar", "locomotive", "car"};
 
 inputs::Scenario train_of_all_bodies() {
@@ -55,15 +56,27 @@ inputs::Scenario train_of_all_bodies() {
   return s;
 }
 
-/// The marker with this key if it is shown.
-const Marker* shown(const MarkerScene& scene, const std::string& ns, int id) {
-  for (const Marker& m : scene.markers().markers) {
-    if (m.ns == ns && m.id == id && m.action == Marker::ADD) return &m;
+/// A scene, and somebody who has heard of it from the beginning.
+struct Watched {
+  explicit Watched(const inputs::Scenario& scenario, double interval = 0.02)
+      : simulation(scenario), scene(simulation.scenario(), simulation.cars(), Frames(), interval) {
+    shown.receive(scene.whole_on_empty());
   }
-  return nullptr;
-}
-
-double grey(const std_msgs::ColorRGBA& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; }
+  void show(const simulation::Snapshot& now, const std::vector<outcome::FirstTouch>& touches = {}) {
+    scene.update(now, touches);
+    const visualization_msgs::MarkerArray changes = scene.take_changes(true);
+    test::expect_valid(changes, "map");
+    sent = changes.markers.size();
+    shown.receive(changes);
+    Shown whole;
+    whole.receive(scene.whole());
+    EXPECT_TRUE(shown == whole) << "who has heard every change sees what a newcomer sees";
+  }
+  simulation::Simulation simulation;
+  MarkerScene scene;
+  Shown shown;
+  std::size_t sent = 0;
+};
 
 model::Car car_of(const std::string& body, double length) { return {body, 6e4, 6e5, 1e6, length, 0.6 * length, 3.0}; }
 
@@ -74,7 +87,6 @@ TEST(CarShape, FitsTheFootprintAndFacesUp) {
       ASSERT_GT(shape.body.size(), 0U);
       EXPECT_EQ(shape.body.size() % 3, 0U);
       EXPECT_EQ(shape.dark.size() % 3, 0U);
-      EXPECT_EQ(shape.edges.size() % 2, 0U);
       double reach = 0.0, side = 0.0, top = 0.0;
       for (const auto& p : shape.body) {
         reach = std::max(reach, std::abs(p.x));
@@ -86,18 +98,16 @@ TEST(CarShape, FitsTheFootprintAndFacesUp) {
       EXPECT_LE(side, 1.5 + 1e-9) << body;
       EXPECT_GE(side, 0.9 * 1.5) << body;
       EXPECT_NEAR(top, kRoofHeight, 1e-9) << body;
-      for (std::size_t i = 0; i < 8; ++i) {
-        EXPECT_NEAR(std::abs(shape.edges[i].x), 0.5 * length, 1e-9) << body;
-        EXPECT_NEAR(std::abs(shape.edges[i].y), 1.5, 1e-9) << body;
-      }
       // RViz lights a face from the side that its corners run round counter-clockwise.
-      for (std::size_t i = 0; i < shape.body.size(); i += 3) {
-        const auto &a = shape.body[i], &b = shape.body[i + 1], &c = shape.body[i + 2];
-        const Eigen::Vector3d n = Eigen::Vector3d(b.x - a.x, b.y - a.y, b.z - a.z)
-                                      .cross(Eigen::Vector3d(c.x - a.x, c.y - a.y, c.z - a.z))
-                                      .normalized();
-        if (a.z + b.z + c.z > 3.0 * 2.8 && std::abs(n.z()) > 0.6) {
-          EXPECT_GT(n.z(), 0.0) << body << ", corner " << i;
+      for (const Points* points : {&shape.body, &shape.dark}) {
+        for (std::size_t i = 0; i < points->size(); i += 3) {
+          const auto &a = (*points)[i], &b = (*points)[i + 1], &c = (*points)[i + 2];
+          const Eigen::Vector3d n = Eigen::Vector3d(b.x - a.x, b.y - a.y, b.z - a.z)
+                                        .cross(Eigen::Vector3d(c.x - a.x, c.y - a.y, c.z - a.z))
+                                        .normalized();
+          if (a.z + b.z + c.z > 3.0 * 2.8 && std::abs(n.z()) > 0.6) {
+            EXPECT_GT(n.z(), 0.0) << body << ", corner " << i;
+          }
         }
       }
     }
@@ -110,353 +120,378 @@ TEST(CarShape, TellsTheNamesApart) {
     std::vector<double> all;
     for (const auto& p : car_shape(car_of(body, 18.0)).body) all.insert(all.end(), {p.x, p.y, p.z});
     EXPECT_TRUE(bodies.insert(all).second) << body << " looks like another one";
-    EXPECT_LT(all.size() / 3, 200U) << body << ": a thousand cars are sent fifty times a second";
   }
   const CarShape other = car_shape(car_of("caboose", 18.0)), plain = car_shape(car_of("car", 18.0));
   EXPECT_EQ(other.body, plain.body);
 }
 
-TEST(MarkerScene, IsValidFromStartToEnd) {
+TEST(MarkerScene, IsValidFromStartToEndAndNewcomersSeeTheSame) {
   for (const inputs::Scenario& scenario :
        {short_train(1), short_train(12), train_of_all_bodies(), short_accident(12)}) {
-    simulation::Simulation simulation(scenario);
-    MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-    for (double t = 0.0; t <= 4.0; t += 0.5) {
-      simulation.advance(t);
-      scene.update(simulation.snapshot(), simulation.outcome(), simulation.touches(), 0.0, 0.0, ros::Time(1.0 + t));
-      test::expect_valid(scene.markers(), "map");
-      test::expect_valid(scene.markers_on_empty(), "map");
-      EXPECT_EQ(scene.markers_on_empty().markers.front().action, Marker::DELETEALL);
+    Watched watched(scenario);
+    for (double t = 0.0; t <= 4.0; t += 0.25) {
+      watched.simulation.advance(t);
+      watched.show(watched.simulation.snapshot(), watched.simulation.touches());
+      EXPECT_EQ(watched.shown.count("cars"), watched.simulation.cars().size());
     }
+    test::expect_valid(watched.scene.whole_on_empty(), "map");
+    EXPECT_EQ(watched.scene.whole_on_empty().markers.front().action, Marker::DELETEALL);
   }
 }
 
-TEST(MarkerScene, EveryCarIsWhereItIsInTheColourOfItsState) {
-  simulation::Simulation simulation(train_of_all_bodies());
-  simulation.advance(1.5);
-  simulation::Snapshot now = simulation.snapshot();
+TEST(MarkerScene, SendsNothingWhereNothingChanges) {
+  Watched watched(short_accident(6));
+  simulation::Snapshot now = watched.simulation.snapshot();
+  watched.show(now);
+  for (simulation::CarSnapshot& car : now.cars) car.x += 100.0;
+  watched.show(now);
+  EXPECT_EQ(watched.sent, 0U) << "a car that only moves is moved by tf";
+  now.cars[2].cause = model::Cause::lateral;
+  watched.show(now);
+  EXPECT_EQ(watched.sent, 2U) << "body and parts of one car";
+  now.couplers[3].axial_force = 3.0e6;
+  watched.show(now);
+  EXPECT_EQ(watched.sent, 2U) << "an arrow on either side";
+  now.couplers[3].axial_force = 3.1e6;
+  watched.show(now);
+  EXPECT_EQ(watched.sent, 0U) << "the same class of force";
+  // A moment that is earlier takes everything back.
+  now.cars[2].cause = model::Cause::none;
+  now.couplers[3].axial_force = 0.0;
+  now.time = -1.0;
+  watched.show(now);
+  EXPECT_EQ(watched.sent, 4U);
+  EXPECT_EQ(watched.shown.count("couplers_front") + watched.shown.count("couplers_rear"), 0U);
+}
+
+TEST(MarkerScene, ForcesWaitATenthOfASecondUnlessAllIsAskedFor) {
+  Watched watched(short_accident(3));
+  simulation::Snapshot now = watched.simulation.snapshot();
+  watched.show(now);
+  const auto changes_at = [&](double time, double force, bool all) {
+    now.time = time;
+    now.couplers[0].axial_force = force;
+    watched.scene.update(now, {});
+    return watched.scene.take_changes(all).markers.size();
+  };
+  EXPECT_EQ(changes_at(1.00, 1.0e6, false), 2U);
+  EXPECT_EQ(changes_at(1.02, 3.0e6, false), 0U);
+  EXPECT_EQ(changes_at(1.10, 3.0e6, false), 2U);
+  EXPECT_EQ(changes_at(1.12, 1.0e6, true), 2U);
+  // At the limit of a class, force that goes up and down a little does not change the arrow.
+  EXPECT_EQ(changes_at(1.8, 1.05 * kForceSteps[2], true), 0U);
+  EXPECT_EQ(changes_at(2.0, 1.15 * kForceSteps[2], true), 2U);
+  EXPECT_EQ(changes_at(2.2, 0.95 * kForceSteps[2], true), 0U);
+  EXPECT_EQ(changes_at(2.4, 0.85 * kForceSteps[2], true), 2U);
+}
+
+TEST(MarkerScene, ABodyLiesInItsCarsFrameWithItsColourBarsAndNumber) {
+  Watched watched(train_of_all_bodies());
+  simulation::Snapshot now = watched.simulation.snapshot();
   now.cars[0].past_pod = now.cars[1].past_pod = true;
   now.cars[2].past_pod = now.cars[3].past_pod = now.cars[4].past_pod = now.cars[4].off_track = false;
   now.cars[2].off_track = now.cars[3].off_track = true;
-  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-  scene.update(now, simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
-  const Marker *edges = shown(scene, "cars_outline", 0), *past_pod = shown(scene, "cars_past_pod", 0),
-               *off_track = shown(scene, "cars_off_track", 0), *on_track = shown(scene, "cars_on_track", 0);
-  ASSERT_TRUE(edges && past_pod && off_track && on_track);
-  std::vector<std::size_t> size;
-  std::size_t edge = 0;
-  for (std::size_t i = 0; i < now.cars.size(); ++i) {
-    const CarShape shape = car_shape(simulation.cars()[i]);
-    double x = 0.0, y = 0.0;
-    for (std::size_t k = 0; k < 8; ++k) {
-      x += edges->points.at(edge + k).x / 8.0;
-      y += edges->points.at(edge + k).y / 8.0;
-    }
-    EXPECT_NEAR(x, now.cars[i].x, 1e-9);
-    EXPECT_NEAR(y, now.cars[i].y, 1e-9);
-    edge += shape.edges.size();
-    size.push_back(shape.body.size());
+  watched.show(now);
+  const std::array<Look, 5> looks{Look::past_point, Look::past_point, Look::off_track, Look::off_track, Look::on_track};
+  std::array<std::size_t, 5> parts{};
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Marker* body = watched.shown.find("cars", static_cast<int>(i) + 1);
+    const Marker* dark = watched.shown.find("car_parts", static_cast<int>(i) + 1);
+    ASSERT_TRUE(body && dark);
+    EXPECT_EQ(body->header.frame_id, Frames().car(static_cast<int>(i) + 1));
+    const Rgb wanted = facts_of(looks[i]).colour;
+    EXPECT_NEAR(body->color.r, wanted.r / 255.0, 1e-6);
+    EXPECT_NEAR(body->color.g, wanted.g / 255.0, 1e-6);
+    EXPECT_NEAR(body->color.b, wanted.b / 255.0, 1e-6);
+    parts[i] = dark->points.size();
   }
-  EXPECT_EQ(past_pod->points.size(), size[0] + size[1]);
-  EXPECT_EQ(off_track->points.size(), size[2] + size[3]);
-  EXPECT_EQ(on_track->points.size(), size[4]);
-  for (const Marker* m : {past_pod, off_track, on_track}) EXPECT_TRUE(m->colors.empty()) << "unlit in RViz";
-  // Printed in grey the states are still three.
-  EXPECT_GT(grey(past_pod->color), grey(on_track->color) + 0.15);
-  EXPECT_GT(grey(off_track->color), grey(past_pod->color) + 0.15);
-}
-
-TEST(MarkerScene, CouplersShowTheirForceByColourAndByArrows) {
-  simulation::Simulation simulation(short_train(4));
-  simulation::Snapshot now = simulation.snapshot();
-  now.couplers[0].axial_force = 1.0e6;
-  now.couplers[1].axial_force = -1.0e6;
-  now.couplers[2].axial_force = 0.0;
-  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-  scene.update(now, simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
-  const Marker *couplers = shown(scene, "couplers", 0), *arrows = shown(scene, "coupler_arrows", 0),
-               *bars = shown(scene, "coupler_force_bars", 1);
-  ASSERT_TRUE(couplers && arrows && bars);
-  ASSERT_EQ(couplers->points.size(), 6U);
-  ASSERT_EQ(arrows->points.size(), 12U) << "none without force";
-  for (const Marker* m : {couplers, arrows, bars}) {
-    const std::size_t each = m == arrows ? 6 : 2;
-    EXPECT_GT(m->colors[0].r, m->colors[0].b) << m->ns << ": buff is red";
-    EXPECT_GT(m->colors[each].b, m->colors[each].r) << m->ns << ": draft is blue";
-    if (m != arrows) {
-      EXPECT_NEAR(m->colors[4].r, m->colors[4].b, 1e-6) << m->ns << ": neutral is grey";
-    }
-  }
-  EXPECT_GT(bars->points[1].y, bars->points[0].y);
-  EXPECT_LT(bars->points[3].y, bars->points[2].y);
-  for (std::size_t i = 0; i < 2; ++i) {
-    const double middle = 0.5 * (couplers->points[2 * i].x + couplers->points[2 * i + 1].x);
-    for (std::size_t k = 0; k < 2; ++k) {
-      const auto* corner = &arrows->points[6 * i + 3 * k];
-      const double tip = std::abs(corner[0].x - middle), base = std::abs(corner[1].x - middle);
-      EXPECT_EQ(tip < base, i == 0) << "arrows press on the coupler in buff and leave it in draft";
-      EXPECT_EQ(corner[1].x, corner[2].x);
-    }
-  }
-}
-
-TEST(MarkerScene, LegendsSayWhatTheColoursMean) {
-  simulation::Simulation simulation(short_train(12));
-  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-  const auto places_at = [&](double x, double y) {
-    scene.update(simulation.snapshot(), simulation.outcome(), {}, x, y, ros::Time(1.0));
-    std::vector<geometry_msgs::Point> places;
-    for (const Marker& m : scene.markers().markers) {
-      if (m.ns == "legend_near") places.push_back(m.pose.position);
-    }
-    return places;
-  };
-  const auto before = places_at(0.0, 0.0), after = places_at(100.0, 7.0);
-  ASSERT_EQ(before.size(), after.size());
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    EXPECT_NEAR(after[i].x - before[i].x, 100.0, 1e-9);
-    EXPECT_NEAR(after[i].y - before[i].y, 7.0, 1e-9);
-  }
-  for (const std::string ns : {"legend", "legend_near"}) {
-    std::map<std::string, geometry_msgs::Point> words;
-    const Marker* swatches = nullptr;
-    for (const Marker& m : scene.markers().markers) {
-      if (m.ns != ns) continue;
-      EXPECT_EQ(m.action, Marker::ADD);
-      if (m.type == Marker::TEXT_VIEW_FACING) words[m.text.substr(0, m.text.find(' '))] = m.pose.position;
-      if (m.type == Marker::TRIANGLE_LIST) swatches = &m;
-      if (m.text.find("kip") != std::string::npos) {
-        double kip = 0.0, kn = 0.0;
-        ASSERT_EQ(std::sscanf(m.text.c_str(), "%lf kip\n%lf kN", &kip, &kn), 2) << m.text;
-        EXPECT_NEAR(kip * inputs::kKip, kn * 1000.0, 1000.0);
-      }
-    }
-    ASSERT_TRUE(swatches != nullptr);
-    for (const char* word : {"draft", "buff", "0", "on", "off", "past"}) EXPECT_EQ(words.count(word), 1U) << word;
-    EXPECT_LT(words["draft"].x, words["0"].x);
-    EXPECT_GT(words["buff"].x, words["0"].x);
-    // The colour beside a word is that of the thing.
-    const auto colour_near = [&](const geometry_msgs::Point& place) {
-      double best = 1e9;
-      std_msgs::ColorRGBA found;
-      for (std::size_t i = 6; i < swatches->points.size(); ++i) {  // after the background
-        const double dx = swatches->points[i].x + swatches->pose.position.x - place.x;
-        const double dy = swatches->points[i].y + swatches->pose.position.y - place.y;
-        if (std::hypot(dx, dy) < best) {
-          best = std::hypot(dx, dy);
-          found = swatches->colors[i];
-        }
-      }
-      return found;
-    };
-    const auto draft = colour_near(words["draft"]), buff = colour_near(words["buff"]);
-    EXPECT_GT(draft.b, draft.r);
-    EXPECT_GT(buff.r, buff.b);
-    EXPECT_EQ(colour_near(words["past"]), shown(scene, "cars_past_pod", 0)->color);
-    EXPECT_EQ(colour_near(words["on"]), shown(scene, "cars_on_track", 0)->color);
+  // Each bar is a rectangle on either end of the roof.
+  for (simulation::CarSnapshot& car : now.cars) car.past_pod = car.off_track = false;
+  watched.show(now);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const std::size_t plain = watched.shown.find("car_parts", static_cast<int>(i) + 1)->points.size();
+    EXPECT_EQ(parts[i] - plain, static_cast<std::size_t>(12 * facts_of(looks[i]).bars)) << i;
   }
 }
 
 TEST(MarkerScene, BodiesShowWhatDerailedThem) {
-  simulation::Simulation simulation(short_accident(4));
-  simulation::Snapshot now = simulation.snapshot();
-  const model::Cause causes[] = {model::Cause::pod, model::Cause::lateral, model::Cause::torn_track,
-                                 model::Cause::none};
-  const char* const kinds[] = {"cars_derailed_pod", "cars_derailed_lateral", "cars_derailed_torn_track",
-                               "cars_on_track"};
-  // The words beside the same colours in the legend.
-  const char* const words[] = {"at the\npoint", "by lateral\nforce", "on torn\ntrack", "on the\ntrack"};
+  Watched watched(short_accident(4));
+  simulation::Snapshot now = watched.simulation.snapshot();
+  const std::array<model::Cause, 4> causes{model::Cause::pod, model::Cause::lateral, model::Cause::torn_track,
+                                           model::Cause::none};
+  const std::array<Look, 4> looks{Look::at_point, Look::by_lateral, Look::by_torn_track, Look::on_track};
   for (std::size_t i = 0; i < 4; ++i) {
     now.cars[i].cause = causes[i];
     now.cars[i].derailed = causes[i] != model::Cause::none;
   }
   now.cars[3].past_pod = true;  // stands on the rails all the same
-  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-  outcome::Outcome outcome;
-  outcome.cars_derailed = 60;
-  outcome.derailed_by = {10, 20, 30};
-  scene.update(now, outcome, {}, 0.0, 0.0, ros::Time(1.0));
-  test::expect_valid(scene.markers(), "map");
-  std::vector<double> greys;
+  watched.show(now);
   for (std::size_t i = 0; i < 4; ++i) {
-    const Marker* body = shown(scene, kinds[i], 0);
-    ASSERT_TRUE(body) << kinds[i];
-    EXPECT_EQ(body->points.size(), car_shape(simulation.cars()[i]).body.size()) << kinds[i];
-    double x = 0.0;
-    for (const auto& p : body->points) x += p.x / static_cast<double>(body->points.size());
-    EXPECT_NEAR(x, now.cars[i].x, 0.5) << kinds[i];
-    greys.push_back(grey(body->color));
-
-    const Marker *swatches = shown(scene, "legend", 0), *word = nullptr;
-    for (const Marker& m : scene.markers().markers) {
-      if (m.ns == "legend" && m.text == words[i]) word = &m;
-    }
-    ASSERT_TRUE(swatches && word) << words[i];
-    bool painted = false;
-    for (std::size_t k = 6; k < swatches->points.size(); ++k) {
-      const double dx = swatches->points[k].x + swatches->pose.position.x - word->pose.position.x;
-      const double dy = swatches->points[k].y + swatches->pose.position.y - word->pose.position.y;
-      painted = painted || (std::abs(dx) < 3.0 * word->scale.z && dy > 0.0 && dy < 3.0 * word->scale.z &&
-                            swatches->colors[k] == body->color);
-    }
-    EXPECT_TRUE(painted) << words[i];
+    const Rgb wanted = facts_of(looks[i]).colour;
+    EXPECT_NEAR(watched.shown.find("cars", static_cast<int>(i) + 1)->color.r, wanted.r / 255.0, 1e-6) << i;
+    EXPECT_NEAR(watched.shown.find("cars", static_cast<int>(i) + 1)->color.b, wanted.b / 255.0, 1e-6) << i;
   }
-  EXPECT_FALSE(shown(scene, "cars_past_pod", 0));
-  std::sort(greys.begin(), greys.end());
-  for (std::size_t i = 1; i < 4; ++i) EXPECT_GT(greys[i], greys[i - 1] + 0.12) << "apart in grey";
-  const Marker* status = shown(scene, "status", 0);
-  ASSERT_TRUE(status);
-  EXPECT_NE(status->text.find("derailed: 60 (point 10, lateral 20, torn 30) of 4"), std::string::npos) << status->text;
-  EXPECT_EQ(status->text.find("broken"), std::string::npos) << status->text;
-  outcome.couplers_broken = 7;
-  outcome.impacts.count = 8;
-  scene.update(now, outcome, {}, 0.0, 0.0, ros::Time(1.0));
-  EXPECT_NE(shown(scene, "status", 0)->text.find("couplers broken 7, impacts 8"), std::string::npos);
 }
 
-TEST(MarkerScene, ABrokenCouplerIsAGapWithoutForce) {
-  simulation::Simulation simulation(short_accident(4));
-  simulation::Snapshot now = simulation.snapshot();
-  for (simulation::CouplerSnapshot& c : now.couplers) c.axial_force = 1.0e6;
-  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-  const auto points = [&](const char* ns, int id) {
-    const Marker* m = shown(scene, ns, id);
-    return m == nullptr ? std::vector<geometry_msgs::Point>() : m->points;
+TEST(MarkerScene, ArrowsPressOnACouplerInBuffAndLeaveItInDraft) {
+  Watched watched(short_train(3));
+  simulation::Snapshot now = watched.simulation.snapshot();
+  now.couplers[0].axial_force = 1.0e6;
+  now.couplers[1].axial_force = -4.0e6;
+  watched.show(now);
+  EXPECT_EQ(watched.shown.count("couplers_rear"), 2U);
+  EXPECT_EQ(watched.shown.count("couplers_front"), 2U);
+  const auto tip = [](const Marker& m) {  // an arrow of RViz begins at its pose and points along x
+    const double heading = m.pose.orientation.w * m.pose.orientation.w > 0.5 ? 1.0 : -1.0;
+    return std::pair(m.pose.position.x, m.pose.position.x + heading * m.scale.x);
   };
-  scene.update(now, {}, {}, 0.0, 0.0, ros::Time(1.0));
-  EXPECT_TRUE(points("couplers_broken", 0).empty());
-  now.couplers[1].broken = true;
-  scene.update(now, {}, {}, 0.0, 0.0, ros::Time(1.0));
-  test::expect_valid(scene.markers(), "map");
-  EXPECT_EQ(points("couplers", 0).size(), 4U);
-  EXPECT_EQ(points("coupler_force_bars", 1).size(), 4U);
-  EXPECT_EQ(points("coupler_arrows", 0).size(), 12U);
-  const double lead = now.cars[1].x - 0.5 * simulation.cars()[1].length;
-  const double trail = now.cars[2].x + 0.5 * simulation.cars()[2].length;
-  const auto broken = points("couplers_broken", 0);
-  ASSERT_EQ(broken.size(), 8U);
-  for (const auto& p : broken) {
-    EXPECT_LE(std::min(std::abs(p.x - lead), std::abs(p.x - trail)), 1.0);
-    EXPECT_LE(std::abs(p.y - now.cars[1].y), 1.6);
-  }
-  for (const auto& p : points("couplers", 0)) EXPECT_FALSE(p.x > trail + 1e-6 && p.x < lead - 1e-6);
+  const double half = 0.5 * watched.simulation.cars()[0].length;
+  const Marker* rear = watched.shown.find("couplers_rear", 1);
+  const Marker* front = watched.shown.find("couplers_front", 2);
+  ASSERT_TRUE(rear && front);
+  EXPECT_NEAR(tip(*rear).second, -half, 1e-9) << "buff: the tip is at the rear end of the car ahead";
+  EXPECT_GT(tip(*rear).first, -half);
+  EXPECT_NEAR(tip(*front).second, half, 1e-9);
+  EXPECT_GT(rear->color.r, rear->color.b) << "buff is red";
+  rear = watched.shown.find("couplers_rear", 2);
+  front = watched.shown.find("couplers_front", 3);
+  ASSERT_TRUE(rear && front);
+  EXPECT_NEAR(tip(*rear).first, -half, 1e-9) << "draft: the tail is there";
+  EXPECT_GT(tip(*rear).second, -half);
+  EXPECT_NEAR(tip(*front).first, half, 1e-9);
+  EXPECT_LT(tip(*front).second, half);
+  EXPECT_GT(rear->color.b, rear->color.r) << "draft is blue";
+  EXPECT_GT(rear->scale.x, watched.shown.find("couplers_rear", 1)->scale.x) << "the stronger, the longer";
 }
 
-TEST(MarkerScene, TheTrackIsDrawnAlongItsCurves) {
+TEST(MarkerScene, ABrokenCouplerHasNoArrowsAndMarksBothEnds) {
+  Watched watched(short_accident(4));
+  simulation::Snapshot now = watched.simulation.snapshot();
+  for (simulation::CouplerSnapshot& c : now.couplers) c.axial_force = 1.0e6;
+  watched.show(now);
+  const std::size_t before = watched.shown.find("car_parts", 2)->points.size();
+  now.couplers[1].broken = true;
+  watched.show(now);
+  EXPECT_EQ(watched.shown.count("couplers_front"), 2U);
+  EXPECT_EQ(watched.shown.count("couplers_rear"), 2U);
+  EXPECT_FALSE(watched.shown.find("couplers_rear", 2));
+  EXPECT_FALSE(watched.shown.find("couplers_front", 3));
+  EXPECT_EQ(watched.shown.find("car_parts", 2)->points.size(), before + 6U);
+  EXPECT_EQ(watched.shown.find("car_parts", 3)->points.size(), before + 6U);
+  EXPECT_LT(watched.shown.find("car_parts", 2)->points.back().x, 0.0) << "at the rear of the car ahead";
+  EXPECT_GT(watched.shown.find("car_parts", 3)->points.back().x, 0.0) << "at the front of the car behind";
+}
+
+const Marker* find(const visualization_msgs::MarkerArray& array, const std::string& ns, int id) {
+  for (const Marker& m : array.markers) {
+    if (m.ns == ns && m.id == id && m.action == Marker::ADD) return &m;
+  }
+  return nullptr;
+}
+
+TEST(TrackMarkers, FollowTheCurvesToScale) {
   inputs::Scenario scenario = short_accident(12);
   scenario.track.curves = {{-150.0, 100.0, -1.0 / 300.0}, {20.0, 60.0, 1.0 / 200.0}};
-  simulation::Simulation simulation(scenario);
-  MarkerScene scene(scenario, simulation.cars(), "map", 0.02);
-  scene.update(simulation.snapshot(), simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
-  test::expect_valid(scene.markers(), "map");
+  const std::vector<model::Car> cars = model::expand(scenario.consist);
+  const visualization_msgs::MarkerArray array = track_markers(scenario, cars, "map");
+  test::expect_valid(array, "map");
+  EXPECT_EQ(array.markers.front().action, Marker::DELETEALL);
   const model::Track track(scenario, -400.0, 400.0);
-  const Marker* rails = shown(scene, "track", 1);
-  ASSERT_TRUE(rails);
-  double last = -1e9, lowest = 0.0;
-  for (std::size_t i = 0; i < rails->points.size(); i += 4) {
-    for (const std::size_t end : {i, i + 1}) {
-      const auto &right = rails->points.at(end), &left = rails->points.at(end + 2);
-      EXPECT_NEAR(std::hypot(left.x - right.x, left.y - right.y), 1.435, 1e-9);
-      const Eigen::Vector2d middle(0.5 * (left.x + right.x), 0.5 * (left.y + right.y));
-      const double s = track.foot(middle, middle.x());
-      EXPECT_NEAR((track.at(s).point - middle).norm(), 0.0, 0.02) << "at " << s << " m";
-      EXPECT_GE(s, last - 1e-3) << "no gap";
-      last = s;
-      lowest = std::min(lowest, middle.y());
-    }
+  const Marker *rails = find(array, "track", 2), *ties = find(array, "track", 1);
+  ASSERT_TRUE(rails && ties);
+  double first = 1e9, last = -1e9;
+  std::set<int> sides;
+  for (const auto& p : rails->points) {
+    const Eigen::Vector2d place(p.x, p.y);
+    const double s = track.foot(place, p.x);
+    const double off = (place - track.at(s).point).norm();
+    EXPECT_NEAR(off, 0.5 * 1.435, 0.1) << "at " << s << " m";
+    const Eigen::Vector2d t = track.at(s).tangent;
+    sides.insert(t.x() * (place - track.at(s).point).y() - t.y() * (place - track.at(s).point).x() > 0.0 ? 1 : -1);
+    first = std::min(first, s);
+    last = std::max(last, s);
   }
+  EXPECT_EQ(sides.size(), 2U);
+  EXPECT_LT(first, -12 * 18.0);
   EXPECT_GT(last, 100.0);
-  EXPECT_LT(lowest, -10.0);
-  EXPECT_GT(rails->points.size(), 4U * 16U);
-  EXPECT_LT(rails->points.size(), 4U * 40U) << "sent fifty times a second";
-  // What is read beside the train keeps clear of it.
-  EXPECT_LT(shown(scene, "status", 0)->pose.position.y, lowest - 50.0);
-  const auto cars = simulation.snapshot().cars;
-  for (const auto& c : cars) EXPECT_GT(shown(scene, "coupler_force_bars", 0)->points.at(0).y, c.y + 50.0);
+  // A tie is a rectangle of two triangles, half a metre from the next.
+  ASSERT_GT(ties->points.size(), 12U);
+  const double step = track.foot({ties->points[6].x, ties->points[6].y}, ties->points[6].x) -
+                      track.foot({ties->points[0].x, ties->points[0].y}, ties->points[0].x);
+  EXPECT_NEAR(step, 0.5, 0.01);
 }
 
-TEST(MarkerScene, WhatIsReadBesideALongTrainIsInTheShippedView) {
-  for (const inputs::Scenario& scenario : {short_train(100), short_accident(100)}) {
-    simulation::Simulation simulation(scenario);
-    MarkerScene scene(scenario, simulation.cars(), "map", 0.02);
-    scene.update(simulation.snapshot(), simulation.outcome(), {}, 0.0, 0.0, ros::Time(1.0));
-    const Marker *legend = shown(scene, "legend", 0), *status = shown(scene, "status", 0);
-    ASSERT_TRUE(legend && status);
-    // 1026 by 745 pixels of 1 / 0.85 m, the middle at x = -550 m.
-    for (const auto& p : legend->points) {
-      EXPECT_LT(std::abs(p.x + legend->pose.position.x + 550.0), 600.0);
-      EXPECT_LT(p.y + legend->pose.position.y, 430.0);
+TEST(TrackMarkers, ARulerCountsMetresOnTheLeftAndFeetOnTheRight) {
+  const inputs::Scenario scenario = short_train(30);
+  const std::vector<model::Car> cars = model::expand(scenario.consist);
+  const visualization_msgs::MarkerArray array = track_markers(scenario, cars, "map");
+  const Marker* ruler = find(array, "ruler", 0);
+  ASSERT_TRUE(ruler);
+  // Lines are the rectangles that reach from the ballast to 45 m.
+  std::vector<double> left, right;
+  for (std::size_t i = 0; i + 5 < ruler->points.size(); i += 6) {
+    double low = 1e9, high = -1e9, x = 0.0;
+    for (std::size_t k = i; k < i + 6; ++k) {
+      low = std::min(low, ruler->points[k].y);
+      high = std::max(high, ruler->points[k].y);
+      x += ruler->points[k].x / 6.0;
     }
-    EXPECT_NEAR(status->pose.position.x, -550.0, 100.0);
-    EXPECT_LT(status->pose.position.y + 0.5 * 6.0 * 1.2 * status->scale.z, 0.0) << "six lines beside the track";
+    if (high - low < 30.0) continue;
+    (low > 0.0 ? left : right).push_back(x);
   }
+  ASSERT_GT(left.size(), 5U);
+  ASSERT_GT(right.size(), 5U);
+  for (std::size_t i = 1; i < left.size(); ++i) EXPECT_NEAR(left[i] - left[i - 1], 50.0, 1e-6);
+  for (std::size_t i = 1; i < right.size(); ++i) EXPECT_NEAR(right[i] - right[i - 1], 30.48, 1e-6);
+  EXPECT_NEAR(std::remainder(left[0], 50.0), 0.0, 1e-6) << "from the point of derailment";
+  EXPECT_NEAR(std::remainder(right[0], 30.48), 0.0, 1e-6);
 }
 
-outcome::FirstTouch touch_at(double time, double speed) { return {speed, speed, 1, 2, time, 10.0 * speed, 3.0}; }
+outcome::FirstTouch touch_at(double time, double speed, int car = 1) {
+  return {speed, speed, car, car + 1, time, 10.0 * speed, 3.0};
+}
 
-TEST(MarkerScene, TouchesFlashForASecondOfSimulatedTime) {
-  simulation::Simulation simulation(short_train(2));
-  simulation::Snapshot now = simulation.snapshot();
-  const std::vector<outcome::FirstTouch> touches{touch_at(0.5, 4.0), touch_at(2.0, 5.0), touch_at(2.1, 0.2)};
-  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-  const auto show_at = [&](MarkerScene& in, double time) {
+TEST(MarkerScene, TouchesFlashForASecondOfSimulatedTimeAndFade) {
+  Watched watched(short_train(4));
+  simulation::Snapshot now = watched.simulation.snapshot();
+  const std::vector<outcome::FirstTouch> touches{touch_at(0.5, 4.0, 1), touch_at(2.0, 5.0, 2), touch_at(2.1, 0.2, 3)};
+  const auto show_at = [&](double time) {
     now.time = time;
-    in.update(now, simulation.outcome(), touches, 0.0, 0.0, ros::Time(10.0 + time));
-    test::expect_valid(in.markers(), "map");
+    watched.show(now, touches);
   };
-  show_at(scene, 2.1);
-  ASSERT_TRUE(shown(scene, "touches", 0));
-  const Marker star = *shown(scene, "touches", 0);
-  ASSERT_TRUE(shown(scene, "touches", 1));
-  const Marker text = *shown(scene, "touches", 1);
-  EXPECT_EQ(text.text, "11.2 mph (5.0 m/s)");
-  EXPECT_EQ(text.pose.position.x, 50.0);
-  EXPECT_NEAR(text.pose.position.y, 3.0, 20.0);
-  EXPECT_FALSE(shown(scene, "touches", 2)) << "the slow one has no text";
-  const auto star_size = [](const Marker& m, double x) {
-    double size = 0.0;
-    for (const auto& p : m.points) {
-      if (std::abs(p.x - x) < 10.0) size = std::max(size, std::abs(p.x - x));
+  const auto texts = [&] {
+    std::vector<Marker> all;
+    for (const auto& [key, m] : watched.shown.all()) {
+      if (key.first == "touches" && m.type == Marker::TEXT_VIEW_FACING) all.push_back(m);
     }
-    return size;
+    return all;
   };
-  EXPECT_GT(star_size(star, 50.0), star_size(star, 2.0)) << "the faster the larger";
-
-  show_at(scene, 2.9);
-  ASSERT_TRUE(shown(scene, "touches", 1));
-  EXPECT_LT(shown(scene, "touches", 1)->color.a, text.color.a) << "fades";
-  EXPECT_LT(star_size(*shown(scene, "touches", 0), 50.0), star_size(star, 50.0));
-  show_at(scene, 2.9);
-  EXPECT_TRUE(shown(scene, "touches", 1)) << "stays as long as time stands";
-  show_at(scene, 3.05);
-  EXPECT_FALSE(shown(scene, "touches", 1));
-  EXPECT_TRUE(shown(scene, "touches", 0)) << "the later one is still there";
-  show_at(scene, 3.1);
-  EXPECT_FALSE(shown(scene, "touches", 0));
+  const auto star_at = [&](double x) -> double {
+    for (const auto& [key, m] : watched.shown.all()) {
+      if (key.first != "touches" || m.type != Marker::TRIANGLE_LIST || std::abs(m.pose.position.x - x) > 1e-9) continue;
+      double size = 0.0;
+      for (const auto& p : m.points) size = std::max(size, std::hypot(p.x, p.y));
+      return size;
+    }
+    return 0.0;
+  };
+  show_at(2.1);
+  ASSERT_EQ(texts().size(), 1U) << "the slow one has no text";
+  EXPECT_EQ(texts()[0].text, "11.2 mph (5.0 m/s)");
+  EXPECT_EQ(texts()[0].pose.position.x, 50.0);
+  const float fresh = texts()[0].color.a;
+  const double size = star_at(50.0);
+  EXPECT_GT(size, star_at(2.0)) << "the faster the larger";
+  EXPECT_GT(star_at(2.0), 0.0);
+  show_at(2.9);
+  ASSERT_EQ(texts().size(), 1U);
+  EXPECT_LT(texts()[0].color.a, fresh) << "fades";
+  EXPECT_LT(star_at(50.0), size);
+  show_at(2.9);
+  EXPECT_EQ(watched.sent, 0U) << "stays as long as time stands";
+  show_at(3.05);
+  EXPECT_TRUE(texts().empty());
+  EXPECT_GT(star_at(2.0), 0.0) << "the later one is still there";
+  show_at(3.1);
+  EXPECT_EQ(watched.shown.count("touches"), 0U);
+  show_at(2.5);
+  EXPECT_EQ(texts().size(), 1U) << "and again when the moment is shown again";
 
   // Arrays that are farther apart than a second still show each touch once.
-  MarkerScene coarse(simulation.scenario(), simulation.cars(), "map", 4.0);
-  show_at(coarse, 4.0);
-  ASSERT_TRUE(shown(coarse, "touches", 2));
-  show_at(coarse, 8.0);
-  EXPECT_FALSE(shown(coarse, "touches", 0));
+  Watched coarse(short_train(4), 4.0);
+  now.time = 4.0;
+  coarse.show(now, touches);
+  EXPECT_GT(coarse.shown.count("touches"), 2U);
+  now.time = 8.0;
+  coarse.show(now, touches);
+  EXPECT_EQ(coarse.shown.count("touches"), 0U);
 }
 
-TEST(MarkerScene, TellsTheFastestOfManyTouches) {
-  simulation::Simulation simulation(short_train(2));
-  simulation::Snapshot now = simulation.snapshot();
+TEST(MarkerScene, TellsTheFastestOfManyTouchesWhereTheyDoNotCoverEachOther) {
+  Watched watched(short_train(60));
+  simulation::Snapshot now = watched.simulation.snapshot();
   now.time = 1.0;
   std::vector<outcome::FirstTouch> touches;
-  for (int i = 0; i < 40; ++i) touches.push_back(touch_at(0.5 + 0.01 * i, 2.0 + (i * 7) % 40));
-  MarkerScene scene(simulation.scenario(), simulation.cars(), "map", 0.02);
-  scene.update(now, simulation.outcome(), touches, 0.0, 0.0, ros::Time(1.0));
-  std::size_t told = 0;
-  for (const Marker& m : scene.markers().markers) {
-    if (m.ns != "touches" || m.type != Marker::TEXT_VIEW_FACING || m.action != Marker::ADD) continue;
-    ++told;
-    EXPECT_GE(m.pose.position.x, 10.0 * 30.0);
+  for (int i = 0; i < 40; ++i) touches.push_back(touch_at(0.5 + 0.01 * i, 2.0 + (i * 7) % 40, i + 1));
+  watched.show(now, touches);
+  std::vector<Marker> texts;
+  for (const auto& [key, m] : watched.shown.all()) {
+    if (key.first == "touches" && m.type == Marker::TEXT_VIEW_FACING) texts.push_back(m);
   }
-  EXPECT_EQ(told, 12U);
+  ASSERT_FALSE(texts.empty());
+  EXPECT_LE(texts.size(), 6U);
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    fastest = std::max(fastest, texts[i].pose.position.x / 10.0);
+    for (std::size_t k = 0; k < i; ++k) {
+      EXPECT_GT(std::abs(texts[i].pose.position.x - texts[k].pose.position.x), 20.0);
+    }
+  }
+  EXPECT_NEAR(fastest, 41.0, 1e-9);
+  EXPECT_EQ(watched.shown.count("touches"), 40U + texts.size());
+}
+
+// Colours as those see them who lack one of the three kinds of cones: Machado, Oliveira and Fernandes (2009), severity
+// 1, on linear RGB. Distances in CIE L*a*b* (D65): 10 and more is told apart at a glance.
+using Matrix = std::array<std::array<double, 3>, 3>;
+constexpr Matrix kNormal{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+constexpr Matrix kProtan{
+    {{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}}};
+constexpr Matrix kDeutan{
+    {{0.367322, 0.860646, -0.227968}, {0.280085, 0.672501, 0.047413}, {-0.011820, 0.042940, 0.968881}}};
+constexpr Matrix kTritan{
+    {{1.255528, -0.076749, -0.178779}, {-0.078411, 0.930809, 0.147602}, {0.004733, 0.691367, 0.303900}}};
+
+Eigen::Vector3d lab(Rgb rgb, const Matrix& sight) {
+  const auto linear = [](double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
+  const std::array<double, 3> in{linear(rgb.r / 255.0), linear(rgb.g / 255.0), linear(rgb.b / 255.0)};
+  std::array<double, 3> c{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) c[i] += sight[i][k] * in[k];
+    c[i] = std::clamp(c[i], 0.0, 1.0);
+  }
+  const auto f = [](double t) { return t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116.0; };
+  const double x = f((0.4124 * c[0] + 0.3576 * c[1] + 0.1805 * c[2]) / 0.95047);
+  const double y = f(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
+  const double z = f((0.0193 * c[0] + 0.1192 * c[1] + 0.9505 * c[2]) / 1.08883);
+  return {116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)};
+}
+
+TEST(Palette, CanBeToldApartByTheColourBlind) {
+  const std::array<std::pair<const char*, const Matrix*>, 4> sights{
+      {{"normal", &kNormal}, {"protan", &kProtan}, {"deutan", &kDeutan}, {"tritan", &kTritan}}};
+  // Looks that are never together (rails that yield or not) may share a colour.
+  const std::vector<std::vector<Look>> together{
+      {Look::on_track, Look::past_point, Look::off_track},
+      {Look::on_track, Look::at_point, Look::by_lateral, Look::by_torn_track}};
+  for (const auto& [name, sight] : sights) {
+    for (const auto& looks : together) {
+      for (std::size_t i = 0; i < looks.size(); ++i) {
+        for (std::size_t k = 0; k < i; ++k) {
+          const double distance =
+              (lab(facts_of(looks[i]).colour, *sight) - lab(facts_of(looks[k]).colour, *sight)).norm();
+          EXPECT_GT(distance, 20.0) << name << ": " << facts_of(looks[i]).words << ", " << facts_of(looks[k]).words;
+          EXPECT_NE(facts_of(looks[i]).bars, facts_of(looks[k]).bars);
+        }
+      }
+    }
+    for (int k = -kForceClasses; k < kForceClasses; ++k) {
+      EXPECT_GT((lab(force_colour(k), *sight) - lab(force_colour(k + 1), *sight)).norm(), 6.0) << name << ", " << k;
+    }
+    for (int k = 2; k <= kForceClasses; ++k) {
+      EXPECT_GT((lab(force_colour(k), *sight) - lab(force_colour(-k), *sight)).norm(), 20.0)
+          << name << ": buff and draft of class " << k;
+    }
+  }
+}
+
+TEST(Palette, ForceClassesBeginAtTheirSteps) {
+  EXPECT_EQ(force_class(0.0), 0);
+  for (std::size_t i = 0; i < kForceSteps.size(); ++i) {
+    EXPECT_EQ(force_class(kForceSteps[i]), static_cast<int>(i) + 1);
+    EXPECT_EQ(force_class(0.999 * kForceSteps[i]), static_cast<int>(i));
+    EXPECT_EQ(force_class(-kForceSteps[i]), -static_cast<int>(i) - 1);
+  }
 }
 
 }  // namespace

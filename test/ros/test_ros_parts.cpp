@@ -20,6 +20,7 @@
 #include "train_derail/ros/pacer.hpp"
 #include "train_derail/ros/parameters.hpp"
 #include "train_derail/ros/pile_up_follower.hpp"
+#include "train_derail/ros/run_history.hpp"
 #include "train_derail/ros/sim_clock.hpp"
 #include "train_derail/ros/topics.hpp"
 #include "train_derail/simulation/fields.hpp"
@@ -143,7 +144,7 @@ TEST(Parameters, DefaultsAndValues) {
   EXPECT_EQ(p.rate, 0.5);
   EXPECT_FALSE(p.publish_clock);
   EXPECT_EQ(p.stream.markers_every, 2);
-  EXPECT_NEAR(p.stream.event_coupler_force, 500.0 * inputs::kKip, 1e-3);
+  EXPECT_NEAR(p.event_coupler_force, 500.0 * inputs::kKip, 1e-3);
 }
 
 void expect_refused(const std::string& xml, const std::string& key, const std::string& value,
@@ -363,7 +364,9 @@ void expect_carries(const Message& message, const fields::Fields<Record>& all, c
   for (const auto& field : all) {
     if (elsewhere.count(field.name) > 0) continue;
     known.insert(std::string(field.name));
-    if (field.set) EXPECT_TRUE(field.get(back) == field.get(record)) << field.name;
+    if (field.set) {
+      EXPECT_TRUE(field.get(back) == field.get(record)) << field.name;
+    }
   }
   const std::vector<std::string> names = field_names<Message>();
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), known);
@@ -466,6 +469,89 @@ TEST(PileUpFollower, GoesToTheMiddleOfTheHeap) {
   for (int i = 1; i < 500; ++i) follower.update(heap, 0.02 * i);
   EXPECT_NEAR(follower.x(), 20.0, 1e-3);
   EXPECT_NEAR(follower.y(), -3.0, 1e-3);
+}
+
+/// Cars of 20 m that lie along the track with their middles at these places, turned by these angles.
+std::vector<simulation::CarSnapshot> cars_at(const std::vector<std::pair<double, double>>& places) {
+  std::vector<simulation::CarSnapshot> cars;
+  for (const auto& [s, yaw] : places) {
+    simulation::CarSnapshot& c = cars.emplace_back();
+    c.x = s;
+    c.theta = yaw;
+    c.front_truck = {s + 7.0 * std::cos(yaw), 7.0 * std::sin(yaw), 0.0, 0.0};
+    c.rear_truck = {s - 7.0 * std::cos(yaw), -7.0 * std::sin(yaw), 0.0, 0.0};
+  }
+  return cars;
+}
+const model::Car kCar{"car", 6e4, 6e5, 1e6, 20.0, 14.0, 3.0};
+
+TEST(Heap, IsTheLargestGroupOfTurnedCars) {
+  // Three far ahead in line, four turned ones, two turned ones far behind, one on the rails.
+  std::vector<simulation::CarSnapshot> now = cars_at(
+      {{300, 0}, {279, 0}, {258, 0}, {40, 1.2}, {30, -1.2}, {22, 1.3}, {10, -1.0}, {-60, 1.0}, {-70, -1.0}, {-100, 0}});
+  for (std::size_t i = 0; i < 9; ++i) now[i].derailed = true;
+  const std::vector<model::Car> cars(now.size(), kCar);
+  const Heap heap = find_heap(cars, now);
+  EXPECT_EQ(heap.first_car, 4);
+  EXPECT_EQ(heap.last_car, 7);
+  EXPECT_GT(heap.x, 10.0);
+  EXPECT_LT(heap.x, 40.0);
+  EXPECT_NEAR(heap.yaw, 0.0, 1e-9);
+  for (std::size_t i = 3; i < 7; ++i) {  // every corner is in it
+    for (const double u : {-10.0, 10.0}) {
+      for (const double v : {-1.5, 1.5}) {
+        const double x = now[i].x + u * std::cos(now[i].theta) - v * std::sin(now[i].theta);
+        const double y = now[i].y + u * std::sin(now[i].theta) + v * std::cos(now[i].theta);
+        EXPECT_LE(std::abs(x - heap.x), 0.5 * heap.length + 1e-9);
+        EXPECT_LE(std::abs(y - heap.y), 0.5 * heap.width + 1e-9);
+      }
+    }
+  }
+}
+
+TEST(Heap, IsTheDerailedCarsBeforeThereIsOneAndTheFirstCarsBeforeThat) {
+  std::vector<simulation::CarSnapshot> now = cars_at({{20, 0}, {-1, 0}, {-22, 0}, {-43, 0}, {-64, 0}});
+  const std::vector<model::Car> cars(now.size(), kCar);
+  Heap heap = find_heap(cars, now);
+  EXPECT_EQ(heap.first_car, 1);
+  EXPECT_EQ(heap.last_car, 3) << "the first cars, near the point";
+  EXPECT_NEAR(heap.x, -1.0, 1e-9);
+  EXPECT_NEAR(heap.length, 62.0, 1e-9);
+  EXPECT_NEAR(heap.width, 3.0, 1e-9);
+  now[0].derailed = now[1].derailed = true;
+  heap = find_heap(cars, now);
+  EXPECT_EQ(heap.last_car, 2);
+  EXPECT_NEAR(heap.length, 41.0, 1e-9);
+}
+
+TEST(RunHistory, KeepsEveryMomentWithinItsMemoryAndThinsOutBeyond) {
+  const auto moment = [](int i) {
+    simulation::Snapshot now{0.02 * i, {}, {}};
+    now.cars.resize(100);
+    return now;
+  };
+  const std::size_t one = 100 * sizeof(simulation::CarSnapshot);
+  RunHistory history(50 * one);
+  EXPECT_EQ(history.nearest(1.0), nullptr);
+  for (int i = 0; i < 1000; ++i) {
+    history.add(moment(i), {});
+    ASSERT_LE(history.size() * one, 50 * one);
+    ASSERT_EQ(history.until(), 0.02 * i) << "the newest is always there";
+    ASSERT_EQ(history.nearest(0.0)->now.time, 0.0);
+  }
+  EXPECT_GT(history.size(), 20U);
+  for (double t = 0.0; t < 20.0; t += 0.37) EXPECT_NEAR(history.nearest(t)->now.time, t, 0.5 * 0.02 * 32 + 1e-9) << t;
+  double last = -1.0;
+  for (double t = 0.0; t < 20.0; t += 0.01) {
+    const double time = history.nearest(t)->now.time;
+    EXPECT_GE(time, last);
+    last = time;
+  }
+  history.clear();
+  EXPECT_EQ(history.size(), 0U);
+  RunHistory none(0);
+  none.add(moment(0), {});
+  EXPECT_EQ(none.nearest(0.0), nullptr);
 }
 
 TEST(CommandQueue, AnswersWithdrawsAndCloses) {

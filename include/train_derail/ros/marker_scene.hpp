@@ -20,7 +20,7 @@
 namespace train_derail::ros_face {
 
 /// The markers of one run. What belongs to a car lies in the car's tf frame, locked to it, so that only what looks
-/// different from before need be sent. Markers have no stamp: they stand where tf says at the moment.
+/// different from before need be sent. Stamps are the sender's.
 ///
 /// Namespaces, with the car's number as id: `cars` (the body in the colour of what it is), `car_parts` (trucks,
 /// outlines, number and bars on the roof, broken couplers), `couplers_front` and `couplers_rear` (an arrow on the roof:

@@ -40,9 +40,9 @@ struct LookFacts {
 
 /// In the order of Look.
 inline constexpr std::array<LookFacts, kLooks> kLookFacts{{{"on the track", {0, 114, 178}, 0},
-                                                           {"past the point of derailment", {230, 159, 0}, 1},
+                                                           {"past the point of derailment", {213, 94, 0}, 1},
                                                            {"off the track", {240, 228, 66}, 2},
-                                                           {"derailed at the point", {230, 159, 0}, 1},
+                                                           {"derailed at the point", {213, 94, 0}, 1},
                                                            {"derailed by lateral force", {240, 228, 66}, 2},
                                                            {"derailed on torn track", {204, 121, 167}, 3}}};
 

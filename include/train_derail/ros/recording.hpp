@@ -13,19 +13,25 @@ namespace train_derail::ros_face {
 /// One run of a bag, read whole into memory. It is advanced as a simulation is.
 class Recording final : public RunView {
  public:
-  /// Reads the run with the number `run_id`; 0: the last one of the bag. Throws std::runtime_error, which names the file,
-  /// if it cannot be read, holds no run of train_derail, or not this one.
+  /// Reads the run with the number `run_id`; 0: the last one of the bag. Throws std::runtime_error, which names the
+  /// file, if it cannot be read, holds no run of train_derail, or not this one.
   Recording(const std::string& path, std::uint32_t run_id);
 
   /// Goes on to the last recorded moment that is not later than `t` [s]; back, if `t` is earlier.
   void advance(double t);
+  /// Returns the last recorded moment that is not later than `t` [s].
+  const simulation::Snapshot& at(double t) const { return moments_[index(t)]; }
+  /// Returns what the run had yielded by `t` [s].
+  outcome::Outcome outcome_at(double t) const;
+  /// Returns the time of the last moment [s].
+  double until() const { return moments_.back().time; }
 
   const inputs::Scenario& scenario() const override { return scenario_; }
   const std::vector<model::Car>& cars() const override { return cars_; }
   double time() const override { return moments_[at_].time; }
   bool ended() const override { return at_ + 1 == moments_.size(); }
   simulation::Snapshot snapshot() const override { return moments_[at_]; }
-  outcome::Outcome outcome() const override;
+  outcome::Outcome outcome() const override { return outcome_at(time()); }
   const std::vector<outcome::FirstTouch>& touches() const override { return touches_; }
   const std::vector<model::Impact>& impacts() const override;
   std::vector<Occurrence> take_events(const simulation::Snapshot& now, const outcome::Outcome& outcome) override;
@@ -37,6 +43,8 @@ class Recording final : public RunView {
     double time;  ///< simulated [s]
     T content;
   };
+
+  std::size_t index(double t) const;
 
   inputs::Scenario scenario_;
   std::vector<model::Car> cars_;

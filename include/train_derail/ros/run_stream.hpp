@@ -51,11 +51,10 @@ class RunStream {
   /// After the end of a run: lets /clock go on by `seconds`, and tf with it, so that nodes that follow them do not
   /// stand still. Bags do not have this.
   void idle(double seconds);
-  /// Sends clock, tf, cars, couplers, the heap, markers and outcome as they were at the moment nearest to `time` that
-  /// is kept [s], with new stamps. Returns that moment's time; empty if none is kept.
-  std::optional<double> show(const RunView& run, double time);
-  /// Returns the latest moment that show() knows [s].
-  double kept_until() const { return history_.until(); }
+  /// Sends clock, tf, cars, couplers, the heap, markers and outcome as they were at an earlier moment, with new stamps.
+  void show(const RunView& run, const simulation::Snapshot& moment, const outcome::Outcome& outcome);
+  /// Returns the moments of this run so far.
+  const RunHistory& history() const { return history_; }
 
   /// Sends the changes of the markers that were left out so far.
   void complete_markers();
@@ -87,6 +86,9 @@ class RunStream {
   /// Whoever reads a bag from its middle finds everything again after a while.
   void repeat_for_readers();
   void send_markers(bool all);
+  /// Sends all markers to those who read from the middle, or to the others.
+  void send_whole(bool to_readers);
+  visualization_msgs::MarkerArray stamped(visualization_msgs::MarkerArray array) const;
   bool markers_wanted() const;
 
   const StreamOptions options_;

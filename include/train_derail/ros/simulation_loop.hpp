@@ -84,6 +84,8 @@ class SimulationLoop {
   Answer set_rate(double rate);
   /// Shows a run that stands still as it was at `time` [s]; `shown` becomes the time of the moment that is shown.
   Answer seek(double time, double& shown);
+  /// Returns whether there may be other runs than the present one.
+  Answer can_restart() const;
   /// Drops the current run and begins `next`.
   Answer restart(NextRun next);
   /// Returns what the current scenario was made from.
@@ -125,6 +127,7 @@ class SimulationLoop {
   void anchor() { pacer_.anchor(WallClock::now(), view_->time()); }
   bool has_ended() const { return state_ == State::ended || state_ == State::failed; }
   double interval() const { return view_->scenario().output.interval; }
+  double kept_until() const;
   bool is_replay() const { return recording_ != nullptr; }
   std::string at_time() const;
   /// The simulation's, or that it threw.

@@ -38,8 +38,6 @@ struct TopicFacts {
 
 /// Deep enough for a subscriber that keeps up on average at rate 0; a bound for one that has stopped reading.
 inline constexpr std::uint32_t kStreamQueue = 1000;
-/// Markers are large.
-inline constexpr std::uint32_t kMarkerQueue = 100;
 
 struct ClockTopic {
   using Message = rosgraph_msgs::Clock;
@@ -70,7 +68,7 @@ struct CouplersTopic {
 struct MarkersTopic {
   using Message = visualization_msgs::MarkerArray;
   static constexpr TopicFacts facts{
-      "~markers", kMarkerQueue, Latched::no,
+      "~markers", kStreamQueue, Latched::no,
       "cars with the body of their block's name, number and what they are on the roof, in their own frames; arrows at "
       "couplers by force (buff: towards each other), broken ones; a star with the closing speed where two cars come to "
       "touch. Only what has changed; who comes late gets everything once"};
