@@ -38,7 +38,7 @@ constexpr double kFieldOfView = 0.61;
 constexpr double kNearPart = 0.02;
 constexpr double kNearLeast = 0.1;  // m
 /// About a car that is followed, along and across the track [m].
-constexpr double kCarSurroundings = 32.0;
+constexpr double kCarSurroundings = 26.0;
 /// A long car, as far as a picture of the whole train is concerned [m].
 constexpr double kHalfLongCar = 13.0;
 constexpr double kHalfWideCar = 2.0;

@@ -41,7 +41,7 @@ inline constexpr std::array<ShowFacts, kShows> kShowFacts{
     {{"wreck", "Wreck", "the heap of cars, aslant", {-1.75, 0.62}},
      {"whole train", "Train", "the whole train from above", {-M_PI_2, M_PI_2}},
      {"pile-up from above", "Above", "the heap of cars from above", {-M_PI_2, M_PI_2}},
-     {"along the track", "Along", "the heap of cars, from ahead along the track", {0.30, 0.22}},
+     {"along the track", "Along", "the heap of cars, from ahead along the track", {0.30, 0.35}},
      {"car", "Car", "one car, which the view follows", {-1.75, 0.50}}}};
 
 /// Keeps what it shows inside the part of the picture that the overlay leaves free, and as large as that allows, while
