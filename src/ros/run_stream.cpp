@@ -128,7 +128,7 @@ void RunStream::send_grid_point(RunView& run, const outcome::Outcome& outcome) {
 }
 
 void RunStream::send_events(RunView& run, const outcome::Outcome& outcome) {
-  for (const Occurrence& occurrence : run.take_events(run.snapshot(), outcome)) {
+  for (const Occurrence& occurrence : run.take_events(last_, outcome)) {
     send<EventsTopic>(to_message(occurrence, header(), run_id_));
   }
 }
