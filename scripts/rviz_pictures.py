@@ -19,10 +19,10 @@ import yaml
 
 # file, scenario, simulated time [s], saved view, cut to the scene alone
 PICTURES = [
-    ('accident.png', 'config/accident.yaml', 25.0, 'pile-up from above', False),
-    ('pile_up_above.png', 'config/mixed_train.yaml', 12.0, 'pile-up from above', True),
-    ('pile_up_close.png', 'config/mixed_train.yaml', 4.8, 'pile-up', True),
-    ('panel.png', 'config/mixed_train.yaml', 8.5, 'pile-up from above', False),
+    ('wreck.png', 'config/mixed_train.yaml', 12.0, 'wreck', False),
+    ('accident.png', 'config/accident.yaml', 25.0, 'wreck', True),
+    ('pile_up_above.png', 'config/accident.yaml', 25.0, 'pile-up from above', True),
+    ('panel.png', 'config/mixed_train.yaml', 8.5, 'whole train', False),
 ]
 SIZE = (1600, 900)
 SCENE = '1280x720+160+70'  # of a window of that size without its panel
