@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <yaml-cpp/yaml.h>
+
 #include "schema.hpp"
 #include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -35,6 +37,9 @@ class Checker {
       }
       rest.remove_prefix(c.bytes);
     }
+  }
+  void text_or_group(const char* key, const std::string& value, const YAML::Node&, const Doc& doc) {
+    text(key, value, doc);
   }
   void value(const char*, const std::string&, const Doc&) {}
   void texts(const char*, const std::vector<std::string>&, const Doc&) {}

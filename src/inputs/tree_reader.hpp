@@ -74,6 +74,13 @@ class TreeReader {
     }
   }
 
+  /// Reads a text, or a group of keys, which is left as it is.
+  void text_or_group(const char* key, std::string& value, YAML::Node& group, const Doc& doc) {
+    const YAML::Node n = find(key, false, "text, or a group of keys");
+    if (n && n.IsMap()) group.reset(n);
+    else text(key, value, doc);
+  }
+
   /// Reads a value of any kind as the text that is written.
   void value(const char* key, std::string& value, const Doc&) {
     if (const YAML::Node n = find(key, false, "a value")) value = scalar(key, n, "a value");

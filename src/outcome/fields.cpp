@@ -36,7 +36,8 @@ std::string by_cause(const Outcome& o) {
 bool has_impacts(const Outcome& o) { return o.impacts.count > 0; }
 bool has_broken(const Outcome& o) { return o.couplers_broken > 0; }
 bool has_blockage(const Outcome& o) { return o.blockage_force > 0.0; }
-bool rails_yield(const Outcome& o) { return o.derailed_by.pod + o.derailed_by.lateral + o.derailed_by.torn_track > 0; }
+/// A car that stands in line just past the point, as the first one does when a run begins, is no heap.
+bool has_pile_up(const Outcome& o) { return o.cars_off_track > 0 || o.cars_derailed > 1; }
 
 void add_counts(Fields<Outcome>& f) {
   f.add(
@@ -59,9 +60,8 @@ void add_counts(Fields<Outcome>& f) {
        "Cars with a truck off the rails; where rails never yield: cars_past_pod.",
        [](auto& o) -> auto& { return o.cars_derailed; })
       .noting(by_cause)
-      .shown_when(rails_yield)
       .in_studies()
-      .as_headline();
+      .as_leading_headline();
   f.add(
       "derailed_by_pod", kCars, "",
       "Derailed cars whose first truck left the rails at the point of derailment; only for rails that yield.",
@@ -84,7 +84,7 @@ void add_closing(Fields<Outcome>& f) {
        [](auto& o) -> auto& { return o.closing_speed_max.speed; })
       .noting(at_touch)
       .in_studies()
-      .as_headline();
+      .as_leading_headline();
   f.add(
       "closing_speed_normal", kSpeed, "", "The part of closing_speed_max that closes the gap between the two bodies.",
       [](auto& o) -> auto& { return o.closing_speed_max.speed_normal; });
@@ -143,7 +143,7 @@ void add_couplers(Fields<Outcome>& f) {
        [](auto& o) -> auto& { return o.coupler_buff_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_buff_peak.coupler, o.coupler_buff_peak.time); })
       .in_studies()
-      .as_headline();
+      .as_leading_headline();
   f.add(
       "coupler_buff_peak_coupler", kCount, "", "Coupler of coupler_buff_peak, between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.coupler_buff_peak.coupler; });
@@ -155,7 +155,7 @@ void add_couplers(Fields<Outcome>& f) {
        [](auto& o) -> auto& { return o.coupler_draft_peak.force; })
       .noting([](const Outcome& o) { return at_coupler(o.coupler_draft_peak.coupler, o.coupler_draft_peak.time); })
       .in_studies()
-      .as_headline();
+      .as_leading_headline();
   f.add(
       "coupler_draft_peak_coupler", kCount, "", "Coupler of coupler_draft_peak, between cars i and i + 1; 0: none.",
       [](auto& o) -> auto& { return o.coupler_draft_peak.coupler; });
@@ -208,37 +208,44 @@ void add_pile_up(Fields<Outcome>& f) {
        "pile_up_length", kLength, "pile-up length",
        "Length along the track that the footprints of all cars derailed or off the track cover.",
        [](auto& o) -> auto& { return o.pile_up.length; })
+      .shown_when(has_pile_up)
       .in_studies()
-      .as_headline();
+      .as_leading_headline();
   f.add(
        "pile_up_width", kLength, "pile-up width", "Their width across the track.",
        [](auto& o) -> auto& { return o.pile_up.width; })
+      .shown_when(has_pile_up)
       .in_studies()
-      .as_headline();
+      .as_leading_headline();
   f.add(
        "pile_up_area", kArea, "pile-up area", "Area of the convex hull of these footprints.",
        [](auto& o) -> auto& { return o.pile_up.area; })
+      .shown_when(has_pile_up)
       .in_studies()
       .as_headline();
   f.add(
        "main_pile_cars", kCars, "cars in the main pile",
        "Largest group of cars turned by more than 30 degrees, with no more than 15 m of track between neighbours.",
        [](auto& o) -> auto& { return o.pile_up.main_cars; })
+      .shown_when(has_pile_up)
       .in_studies();
   f.add(
        "main_pile_length", kLength, "length of the main pile", "Length of that group along the track.",
        [](auto& o) -> auto& { return o.pile_up.main_length; })
+      .shown_when(has_pile_up)
       .in_studies();
   f.add(
        "cars_across", kCars, "cars at more than 60 degrees",
        "Cars of the pile-up at more than 60 degrees to the track.",
        [](auto& o) -> auto& { return o.pile_up.cars_across; })
+      .shown_when(has_pile_up)
       .in_studies()
       .as_headline();
   f.add(
        "groups", kGroups, "separate groups of derailed cars",
        "Groups of cars of the pile-up that are next to each other in the train.",
        [](auto& o) -> auto& { return o.pile_up.groups; })
+      .shown_when(has_pile_up)
       .in_studies()
       .as_headline();
 }
@@ -269,6 +276,7 @@ void add_run(Fields<Outcome>& f) {
   f.add(
        "ended", kNoUnit, "ended", "Why the run ended.", [](auto& o) -> auto& { return o.ended; })
       .named({kEndedNames.begin(), kEndedNames.end()})
+      .worded({kEndedTexts.begin(), kEndedTexts.end()})
       .noting([](const Outcome& o) { return o.message; });
   f.add(
       "message", kNoUnit, "", "Why the integration failed; empty otherwise.",
@@ -320,7 +328,7 @@ FieldRow row_of(const Field<Outcome>& field, const Outcome& o) {
       row.shown = in_shown(*number, field.unit);
     }
   } else {
-    row.si = text(value, field.names);
+    row.si = text(value, field.words.empty() ? field.names : field.words);
   }
   if (field.note) row.note = field.note(o);
   return row;

@@ -123,11 +123,18 @@ study::Study read_within(const RunStudyGoal& goal, const FileBounds& bounds) {
   std::string file = (fs::path(bounds.results()) / kWhere).string();
   if (!is_text || !goal.file.empty()) file = bounds.readable(kWhere, "file", goal.file);
   const YAML::Node tree = is_text ? inputs::load_text(goal.text, file) : inputs::load_file(file);
-  if (tree.IsMap() && tree["scenario"] && tree["scenario"].IsScalar() && !tree["scenario"].Scalar().empty()) {
-    const std::string base = (fs::path(file).parent_path() / tree["scenario"].Scalar()).string();
+  // Every file that it names is asked for before it is opened.
+  const auto look_at_bases = [&](const YAML::Node& scenario, const std::string& source) {
+    inputs::layers(scenario, source, fs::path(source).parent_path().string(),
+                   [&](const std::string& below) { bounds.readable(source, "base", below); });
+  };
+  const YAML::Node named = tree.IsMap() ? tree["scenario"] : YAML::Node();
+  if (named.IsMap()) {
+    look_at_bases(named, file);
+  } else if (named.IsScalar() && !named.Scalar().empty()) {
+    const std::string base = (fs::path(file).parent_path() / named.Scalar()).string();
     const std::string scenario = bounds.readable(file, "scenario", base);
-    inputs::layers(inputs::load_file(scenario), scenario, fs::path(scenario).parent_path().string(),
-                   [&](const std::string& below) { bounds.readable(scenario, "base", below); });
+    look_at_bases(inputs::load_file(scenario), scenario);
   }
   return is_text ? study::read_study_text(goal.text, file) : study::read_study_file(file);
 }

@@ -8,6 +8,7 @@
 #include <QVBoxLayout>
 
 #include "rviz/look.hpp"
+#include "rviz/ticks.hpp"
 #include "train_derail/inputs/scenario.hpp"
 
 namespace train_derail::rviz_panel {
@@ -22,15 +23,6 @@ constexpr double kForceSpanMin = 20.0;
 constexpr qreal kDisabledOpacity = 0.35;
 constexpr qreal kFontScale = 0.8;
 constexpr double kLineSpacing = 1.9;  // least distance of labels over the height of their font
-
-/// 1 to 5 times a power of ten, not less than `raw`.
-double nice_interval(double raw) {
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  for (const double factor : {1.0, 2.0, 3.0, 4.0, 5.0}) {
-    if (raw <= factor * power) return factor * power;
-  }
-  return 10.0 * power;
-}
 
 QValueAxis* make_axis(QChart* chart, Qt::Alignment side, const QString& title, const QFont& font) {
   auto* axis = new QValueAxis(chart);
@@ -68,6 +60,11 @@ ForceChart::ForceChart(QWidget* parent) : QChartView(parent) {
   setFrameShape(QFrame::StyledPanel);
   setMinimumHeight(5 * fontMetrics().height());
   setMinimumWidth(200);
+  mark_ = add_line(palette().color(QPalette::Text), 1.2);
+  mark_->setName("mark");
+  QPen dashed = mark_->pen();
+  dashed.setStyle(Qt::DashLine);
+  mark_->setPen(dashed);
   reset();
 }
 
@@ -97,10 +94,15 @@ void ForceChart::set_ranges(double x_min, double x_max, double force_min, double
   const double high = std::max(std::ceil((highest_ + spare) / (0.5 * interval)) * 0.5 * interval, 0.0);
   kip_->setTickInterval(interval);
   kip_->setRange(low, high);
-  kilonewton_->setTickInterval(nice_interval(part * (high - low) * kKilonewtonPerKip));
+  kilonewton_->setTickInterval(tick_interval(low * kKilonewtonPerKip, high * kKilonewtonPerKip, part));
   kilonewton_->setRange(low * kKilonewtonPerKip, high * kKilonewtonPerKip);
   x_->setTickInterval(nice_interval((x_max - x_min) / 7.0));
   x_->setRange(x_min, x_max);
+}
+
+void ForceChart::mark(std::optional<double> x) {
+  if (x) mark_->replace(QVector<QPointF>{{*x, kip_->min()}, {*x, kip_->max()}});
+  else mark_->clear();
 }
 
 void ForceChart::changeEvent(QEvent* event) {
@@ -115,9 +117,13 @@ ForceCharts::ForceCharts(QWidget* parent) : QWidget(parent) {
   const QColor now = palette().color(QPalette::Text);
   along_ = new ForceChart(this);
   over_time_ = new ForceChart(this);
+  along_->setObjectName("chart:along");
+  over_time_->setObjectName("chart:time");
   along_->setToolTip(
       tr("Axial force over the coupler's number, from the first car to derail: buff (compression) up, draft down."));
-  over_time_->setToolTip(tr("Largest buff (up) and draft (down) of all couplers at each time of this run."));
+  over_time_->setToolTip(tr(
+      "Largest buff (up) and draft (down) of all couplers at each time of this run. A dashed line: the moment that is "
+      "shown, if it is not the last."));
   along_caption_ = new QLabel(this);
   over_time_caption_ = new QLabel(this);
   column->addWidget(along_caption_);
@@ -128,6 +134,7 @@ ForceCharts::ForceCharts(QWidget* parent) : QWidget(parent) {
   buff_peak_ = along_->add_line(buff_color(), 1.2);
   draft_peak_ = along_->add_line(draft_color(), 1.2);
   now_ = along_->add_line(now, 1.6);
+  now_->setName("now");
   buff_ = over_time_->add_line(buff_color(), 1.2);
   draft_ = over_time_->add_line(draft_color(), 1.2);
 }
@@ -138,7 +145,7 @@ void ForceCharts::write_captions() {
   const auto entry = [&](const QString& text, const QColor& color) { return key(text, isEnabled() ? color : grey); };
   const auto bold = [](const QString& text) { return "<b>" + text + "</b>"; };
   along_caption_->setText(bold(tr("Force along the train, by coupler")) +
-                          entry(tr("now"), palette().color(QPalette::Active, QPalette::Text)) +
+                          entry(tr("at the time shown"), palette().color(QPalette::Active, QPalette::Text)) +
                           entry(tr("peak buff"), buff_color()) + entry(tr("peak draft"), draft_color()));
   over_time_caption_->setText(bold(tr("Largest force over time [s]")) + entry(tr("buff"), buff_color()) +
                               entry(tr("draft"), draft_color()));
@@ -174,7 +181,9 @@ void ForceCharts::show_forces(const ForceRecord& forces) {
   const double highest = forces.buff_max() / inputs::kKip, lowest = -forces.draft_max() / inputs::kKip;
   along_->set_ranges(1.0, std::max<double>(2.0, static_cast<double>(forces.now.size())), lowest, highest);
   const double begin = forces.history.empty() ? 0.0 : forces.history.front().time;
-  over_time_->set_ranges(begin, std::max(begin + 1.0, forces.time), lowest, highest);
+  over_time_->set_ranges(std::min(begin, forces.time), std::max(begin + 1.0, forces.time_max), lowest, highest);
+  // Where a run that stands still is looked back at.
+  over_time_->mark(forces.time < forces.time_max ? std::optional(forces.time) : std::nullopt);
 }
 
 }  // namespace train_derail::rviz_panel

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include <QLabel>
 #include <QWidget>
 #include <QtCharts/QChartView>
@@ -21,12 +23,15 @@ class ForceChart : public QtCharts::QChartView {
   /// Both axes from what is drawn: forces in kip. The force axis only grows until reset() is called.
   void set_ranges(double x_min, double x_max, double force_min, double force_max);
   void reset();
+  /// A vertical line across; none: no line.
+  void mark(std::optional<double> x);
 
  protected:
   void changeEvent(QEvent* event) override;
 
  private:
   QtCharts::QValueAxis *x_, *kip_, *kilonewton_;
+  QtCharts::QLineSeries* mark_;
   double lowest_ = 0.0, highest_ = 0.0;
 };
 

@@ -14,19 +14,21 @@ double largest(const std::vector<double>& values) {
 
 void ForceRecord::add(const CouplerForces& message) {
   const std::size_t count = message.couplers.size();
-  // A node that was started again counts its runs from 1 again.
-  if (message.run_id != run_id || message.time < time || count != now.size()) {
+  if (message.run_id != run_id || count != now.size()) {
     *this = {};
     run_id = message.run_id;
     now.resize(count);
     buff_peak.resize(count);
     draft_peak.resize(count);
   }
+  const bool again = !history.empty() && message.time <= time_max;
   time = message.time;
+  time_max = std::max(time_max, time);
   Sample sample{time, 0.0, 0.0};
   for (std::size_t i = 0; i < count; ++i) {
     const CouplerForce& coupler = message.couplers[i];
     now[i] = coupler.axial_force;
+    if (again) continue;
     // Of the steps since the last message, not of the grid alone.
     const double buff = std::max(coupler.axial_force, coupler.buff_peak);
     const double draft = std::max(-coupler.axial_force, coupler.draft_peak);
@@ -35,6 +37,7 @@ void ForceRecord::add(const CouplerForces& message) {
     sample.buff = std::max(sample.buff, buff);
     sample.draft = std::max(sample.draft, draft);
   }
+  if (again) return;
   if (!history.empty() && time <= history.back().time + sample_width) {
     history.back().buff = std::max(history.back().buff, sample.buff);
     history.back().draft = std::max(history.back().draft, sample.draft);

@@ -21,12 +21,14 @@ struct ForceRecord {
 
   std::uint32_t run_id = 0;                   // 0: no message yet
   double time = 0.0;                          // simulated, of the last message [s]
+  double time_max = 0.0;                      // largest of the run so far [s]
   std::vector<double> now;                    // by coupler, buff positive
   std::vector<double> buff_peak, draft_peak;  // by coupler, since the run was first seen
   std::vector<Sample> history;
   double sample_width = 0.0;  // s
 
-  /// Begins anew when the message is of another run, or earlier than the last one.
+  /// Begins anew when the message is of another run. One that is earlier than the last, of a run that stands still and
+  /// is looked back at, changes `time` and `now` alone.
   void add(const CouplerForces& message);
   /// Largest of all couplers since the run was first seen.
   double buff_max() const;

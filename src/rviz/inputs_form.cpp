@@ -81,6 +81,8 @@ InputsForm::InputsForm(QWidget* parent) : QWidget(parent) {
     Q_EMIT edited();
   });
 
+  connect(free_, &QLineEdit::returnPressed, this, &InputsForm::submitted);
+
   check_later_.setSingleShot(true);
   check_later_.setInterval(kRestMs);
   connect(&check_later_, &QTimer::timeout, this, [this] {
@@ -117,6 +119,7 @@ void InputsForm::add_row(const char* key, const char* label, bool is_choice) {
       if (!row.typed.empty()) check(row, true);
       Q_EMIT changed();
     });
+    connect(row.edit, &QLineEdit::returnPressed, this, &InputsForm::submitted);
   }
   row.editor()->setObjectName("input:" + QString(key));
   row.label->setBuddy(row.editor());
@@ -156,7 +159,8 @@ void InputsForm::check(Row& row, bool complete) {
 QString InputsForm::show_run(const std::string& yaml) {
   try {
     const YAML::Node tree = YAML::Load(yaml);
-    table_ = make_input_table(inputs::read_scenario(tree, "inputs"));
+    of_run_ = std::make_shared<const inputs::Scenario>(inputs::read_scenario(tree, "inputs"));
+    table_ = make_input_table(*of_run_);
     tree_.reset(tree);
   } catch (const std::exception& e) {
     unreadable_ = tr("The inputs of this run cannot be shown: %1").arg(e.what());  // of a node of another version, say
@@ -202,6 +206,12 @@ std::vector<std::string> InputsForm::overrides() const {
   }
   for (std::string& text : split_overrides(free_->text().toStdString())) all.push_back(std::move(text));
   return all;
+}
+
+inputs::Scenario InputsForm::scenario() const {
+  std::vector<inputs::Override> all;
+  for (const std::string& text : overrides()) all.push_back(inputs::parse_override(text));
+  return inputs::read_scenario(tree_, "inputs", all);
 }
 
 QString InputsForm::error() const {

@@ -28,6 +28,10 @@ class InputsForm : public QWidget {
   QString show_run(const std::string& yaml);
   /// "key=value" for each input that differs from the run's, and the free ones.
   std::vector<std::string> overrides() const;
+  /// The scenario of the next run. Throws inputs::InputError.
+  inputs::Scenario scenario() const;
+  /// That of the run that is under way; null: not known.
+  std::shared_ptr<const inputs::Scenario> of_run() const { return of_run_; }
   /// Why the inputs cannot stand so; empty if they can.
   QString error() const;
   /// Whether the next run would be another one.
@@ -40,8 +44,9 @@ class InputsForm : public QWidget {
   void type(const std::map<std::string, std::string>& texts);
 
  Q_SIGNALS:
-  void changed();  // the inputs, or what is wrong with them
-  void edited();   // by the user
+  void changed();    // the inputs, or what is wrong with them
+  void edited();     // by the user
+  void submitted();  // by the user, with Enter
 
  private:
   struct Row {
@@ -69,8 +74,9 @@ class InputsForm : public QWidget {
   std::vector<std::unique_ptr<Row>> rows_;
   QLineEdit* free_;
   QTimer check_later_;
-  YAML::Node tree_;     // of the run's scenario; null: no run known yet
-  InputTable table_;    // of the same
+  YAML::Node tree_;   // of the run's scenario; null: no run known yet
+  InputTable table_;  // of the same
+  std::shared_ptr<const inputs::Scenario> of_run_;
   QString unreadable_;  // why the inputs of the run that is under way cannot be shown; empty if they are
 };
 

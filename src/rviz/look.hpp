@@ -27,12 +27,6 @@ inline void set_text_color(QWidget* widget, const QColor& color) {
 /// What stands beside the main thing: the SI value, an explanation.
 inline void make_secondary(QLabel* label) { set_text_color(label, quiet_color()); }
 
-inline QLabel* make_caption(const QString& text, QWidget* parent) {
-  auto* label = new QLabel("<b>" + text + "</b>", parent);
-  label->setTextFormat(Qt::RichText);
-  return label;
-}
-
 inline void mark_wrong(QWidget* editor, bool wrong) {
   QPalette palette;  // the application's
   if (wrong) {

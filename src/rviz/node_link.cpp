@@ -4,18 +4,22 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <map>
 #include <mutex>
+#include <utility>
 
 #include <ros/callback_queue.h>
 #include <ros/message_event.h>
 #include <ros/names.h>
 #include <ros/node_handle.h>
+#include <ros/param.h>
 #include <ros/service.h>
 #include <ros/spinner.h>
 #include <std_srvs/Trigger.h>
 
 #include "rviz/service_call.hpp"
 #include "train_derail/Restart.h"
+#include "train_derail/Seek.h"
 #include "train_derail/SetRate.h"
 #include "train_derail/Step.h"
 #include "train_derail/ros/clock_watch.hpp"
@@ -35,6 +39,8 @@ constexpr double kRateWindow = 2.0;
 constexpr double kRateSpacing = 0.1;
 /// Peaks are not to be missed at rate 0.
 constexpr std::uint32_t kForcesQueue = 1000;
+/// Inputs kept by run: a message of another topic may still speak of the run before.
+constexpr std::size_t kRunsKept = 3;
 
 double seconds_between(Clock::time_point a, Clock::time_point b) {
   return std::chrono::duration<double>(b - a).count();
@@ -73,10 +79,15 @@ class RateMeter {
 
 /// Shared with jobs that may outlive the link.
 struct NodeLink::Core {
-  // `data` and `rate` only.
+  // What stands here only.
   mutable std::mutex mutex;
   NodeView data;
   RateMeter rate;
+  std::optional<double> seek_to;  // wanted, and not yet asked for
+  std::map<std::uint32_t, Inputs::ConstPtr>
+      inputs;                  // of the run shown and of those before it that may become `previous`
+  Outcome::ConstPtr farthest;  // the latest outcome of the run shown
+  boost::shared_ptr<::ros::M_string> forces_sender;  // connection that the forces come by
 
   BreakableCalls service_calls;
 
@@ -106,6 +117,9 @@ struct NodeLink::Core {
       fresh.answer.number = data.answer.number;
       data = fresh;
       rate.clear();
+      seek_to.reset();
+      inputs.clear();
+      farthest.reset();
     }
     service_calls.break_off();
   }
@@ -124,12 +138,15 @@ struct NodeLink::Core {
     // A replay has topics, but no services.
     const bool anew = node != subscribed_to || (present && (!was_present || silent_probes >= kSilentProbesMax));
     if (anew) subscribe(node);
+    std::string scenario_file;
+    if (present && anew) ::ros::param::get(node + "/scenario_file", scenario_file);
     const bool published = has_publishers();
     const std::vector<std::string>& clock_publishers = clock.look();
     const std::lock_guard<std::mutex> lock(mutex);
     data.clock_publishers = clock_publishers;
     if (node != data.node) return;
     data.present = present;
+    if (present && anew) data.scenario_file = scenario_file;
     if (!published) data.player.clear();
   }
 
@@ -160,8 +177,11 @@ struct NodeLink::Core {
       data.pile_up.reset();
       data.train = {};
       data.forces = {};
+      data.previous = {};
       data.player.clear();
       rate.clear();
+      inputs.clear();
+      farthest.reset();
     }
     silent_probes = 0;
     subscribed_to = node;
@@ -204,11 +224,22 @@ struct NodeLink::Core {
     const std::lock_guard<std::mutex> lock(mutex);
     see_publisher(event);
     data.inputs = event.getConstMessage();
+    inputs[data.inputs->run_id] = data.inputs;
+    while (inputs.size() > kRunsKept) inputs.erase(inputs.begin());
   }
   void on_outcome(const ::ros::MessageEvent<Outcome const>& event) {
     const std::lock_guard<std::mutex> lock(mutex);
     see_publisher(event);
-    data.outcome = event.getConstMessage();
+    const Outcome::ConstPtr message = event.getConstMessage();
+    // Of a run that has not moved there is nothing to compare with.
+    if (farthest && farthest->run_id < message->run_id && farthest->stop_time > 0.0) {
+      const auto known = inputs.find(farthest->run_id);
+      data.previous = {farthest, known == inputs.end() ? nullptr : known->second};
+    }
+    // A run that is looked back at sends outcomes of earlier moments.
+    if (!farthest || farthest->run_id != message->run_id || farthest->stop_time <= message->stop_time)
+      farthest = message;
+    data.outcome = message;
   }
   void on_cars(const ::ros::MessageEvent<CarStates const>& event) {
     const CarStates::ConstPtr message = event.getConstMessage();
@@ -232,6 +263,9 @@ struct NodeLink::Core {
   void on_couplers(const ::ros::MessageEvent<CouplerForces const>& event) {
     const std::lock_guard<std::mutex> lock(mutex);
     see_publisher(event);
+    // A node that was started again counts its runs from 1 again, and may do so before the probe misses it.
+    if (event.getConnectionHeaderPtr() != forces_sender) data.forces = {};
+    forces_sender = event.getConnectionHeaderPtr();
     data.couplers = event.getConstMessage();
     data.forces.add(*data.couplers);
   }
@@ -239,6 +273,29 @@ struct NodeLink::Core {
     const std::lock_guard<std::mutex> lock(mutex);
     see_publisher(event);
     data.pile_up = event.getConstMessage();
+  }
+
+  void follow_seeks(const std::string& node) {
+    for (;;) {
+      Seek::Request request;
+      {
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (node != data.node) return;
+        if (!seek_to) {
+          data.pending.erase("seek");
+          return;
+        }
+        request.time = *std::exchange(seek_to, std::nullopt);
+      }
+      Seek::Response response;
+      const bool reached = service_calls.call<Seek>(node + "/seek", request, response);
+      if (reached && response.success) continue;
+      Answer answer{0, "seek", false, reached ? response.message : node + "/seek: no answer"};
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (node != data.node) return;
+      answer.number = data.answer.number + 1;
+      data.answer = std::move(answer);
+    }
   }
 
   void answered(const std::string& node, Answer answer) {
@@ -304,11 +361,24 @@ void NodeLink::set_rate(double rate) {
   call<SetRate>(calls_, "set_rate", request);
 }
 
-void NodeLink::restart(const std::vector<std::string>& overrides, bool start_paused) {
+void NodeLink::restart(const std::vector<std::string>& overrides, bool start_paused, const std::string& scenario) {
   Restart::Request request;
+  request.scenario = scenario;
   request.overrides = overrides;
   request.start_paused = start_paused;
   call<Restart>(calls_, "restart", request);
+}
+
+void NodeLink::seek(double time) {
+  std::string node;
+  {
+    const std::lock_guard<std::mutex> lock(core_->mutex);
+    node = core_->data.node;
+    if (node.empty()) return;
+    core_->seek_to = time;
+    if (!core_->data.pending.insert("seek").second) return;  // taken up when the one under way has been answered
+  }
+  calls_.post([core = core_, node] { core->follow_seeks(node); });
 }
 
 }  // namespace train_derail::rviz_panel

@@ -27,6 +27,12 @@ struct TrainNow {
   std::uint32_t past_pod = 0, off_track = 0;
 };
 
+/// What is left of a run that another one has followed.
+struct PreviousRun {
+  Outcome::ConstPtr outcome;  // the latest of it; null: there was none
+  Inputs::ConstPtr inputs;    // null: not known
+};
+
 /// How the node has answered a service call.
 struct Answer {
   std::uint64_t number = 0;  // counts answers from 1
@@ -50,6 +56,8 @@ struct NodeView {
   PileUp::ConstPtr pile_up;
   TrainNow train;
   ForceRecord forces;
+  PreviousRun previous;
+  std::string scenario_file;            // the node was started with, on its machine; empty: not known
   std::optional<double> achieved_rate;  // simulated seconds per wall second, while running
   std::set<std::string> pending;        // services that have not answered yet
   Answer answer;                        // the last one; number 0: none
@@ -76,7 +84,11 @@ class NodeLink {
   void pause();
   void step(std::uint32_t ticks);
   void set_rate(double rate);
-  void restart(const std::vector<std::string>& overrides, bool start_paused);
+  /// `scenario`: the whole of it as YAML; empty: the present one.
+  void restart(const std::vector<std::string>& overrides, bool start_paused, const std::string& scenario = "");
+  /// Shows the run as it was at `time` [s]. One call at a time is under way; of those that are asked for meanwhile only
+  /// the last is made. Only a refusal is an answer.
+  void seek(double time);
 
  private:
   struct Core;

@@ -1,11 +1,12 @@
 #include "rviz/outcome_table.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "rviz/look.hpp"
+#include "rviz/scenario_files.hpp"
 #include "train_derail/fields/units.hpp"
+#include "train_derail/inputs/reader.hpp"
 #include "train_derail/ros/message_fields.hpp"
 
 namespace train_derail::rviz_panel {
@@ -15,7 +16,7 @@ namespace {
 using outcome::outcome_fields;
 
 /// A value that is not known yet.
-const char* const kNothing = "\u2013";
+const QString kNothing = QString::fromUtf8("\u2013");
 
 /// Part of the energy at the start that is worth naming [%].
 constexpr double kShareLeast = 0.05;
@@ -34,31 +35,23 @@ void show_text(QLabel* label, const QString& text) {
   label->setVisible(!text.isEmpty());
 }
 
-/// Makes `peak` the largest force that the stream has shown if it is larger: outcomes come seldom.
-void overlay(outcome::PeakForce& peak, const std::vector<double>& by_coupler,
-             const std::vector<ForceRecord::Sample>& history, double ForceRecord::Sample::*force) {
-  const auto largest = std::max_element(by_coupler.begin(), by_coupler.end());
-  if (largest == by_coupler.end() || *largest <= peak.force) return;
-  peak.force = *largest;
-  peak.coupler = static_cast<int>(largest - by_coupler.begin()) + 1;
-  const auto sample = std::max_element(history.begin(), history.end(),
-                                       [force](const auto& a, const auto& b) { return a.*force < b.*force; });
-  peak.time = sample == history.end() ? 0.0 : sample->time;
+/// What is known before the first step; all else would be of a train that has not moved.
+bool is_known_at_start(std::string_view name) { return name == "cars" || name == "energy_initial"; }
+
+bool is_shown(const fields::Field<outcome::Outcome>& field, const std::optional<outcome::Outcome>& o) {
+  return !field.when || (o && field.when(*o));
 }
 
-/// What the node has said last, and what its streams have shown since.
-std::optional<outcome::Outcome> latest(const NodeView& view) {
-  if (!view.outcome) return {};
-  auto o = ros_face::read<outcome::Outcome>(*view.outcome, outcome_fields());
-  if (view.train.run_id == view.outcome->run_id) {
-    o.cars_past_pod = static_cast<int>(view.train.past_pod);
-    o.cars_off_track = static_cast<int>(view.train.off_track);
-  }
-  if (view.forces.run_id == view.outcome->run_id) {
-    overlay(o.coupler_buff_peak, view.forces.buff_peak, view.forces.history, &ForceRecord::Sample::buff);
-    overlay(o.coupler_draft_peak, view.forces.draft_peak, view.forces.history, &ForceRecord::Sample::draft);
-  }
-  return o;
+/// In the unit that people read; a dash if there is no value.
+QString text_of(const fields::Field<outcome::Outcome>& field, const std::optional<outcome::Outcome>& o) {
+  if (!o || !is_shown(field, o)) return kNothing;
+  const outcome::FieldRow texts = outcome::row_of(field, *o);
+  return QString::fromStdString(texts.shown.empty() ? texts.si : texts.shown);
+}
+
+std::optional<outcome::Outcome> read_outcome(const Outcome::ConstPtr& message) {
+  if (!message) return {};
+  return ros_face::read<outcome::Outcome>(*message, outcome_fields());
 }
 
 /// Where the energy at the start has gone, in per cent of it.
@@ -75,10 +68,14 @@ QString shares(const outcome::Outcome& o) {
 }  // namespace
 
 OutcomeTable::OutcomeTable(QWidget* parent)
-    : QWidget(parent), grid_(new QGridLayout(this)), warnings_(new QLabel(this)) {
+    : QWidget(parent),
+      grid_(new QGridLayout(this)),
+      warnings_(new QLabel(this)),
+      this_run_(new QLabel(this)),
+      run_before_(new QLabel(this)) {
   grid_->setContentsMargins(0, 0, 0, 0);
-  grid_->setHorizontalSpacing(6);
-  grid_->setVerticalSpacing(1);
+  grid_->setHorizontalSpacing(8);
+  grid_->setVerticalSpacing(0);
   grid_->setColumnStretch(0, 1);
   warnings_->setObjectName("outcome:warnings");
   warnings_->setWordWrap(true);
@@ -86,7 +83,15 @@ OutcomeTable::OutcomeTable(QWidget* parent)
   warnings_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   warnings_->setToolTip(to_qt(outcome_fields().find("warnings")->meaning));
   set_text_color(warnings_, error_color());
-  grid_->addWidget(warnings_, 0, 0, 1, 3);
+  grid_->addWidget(warnings_, 0, 0, 1, 4);
+  this_run_->setObjectName("outcome:this_run");
+  run_before_->setObjectName("outcome:run_before");
+  QFont bold = font();
+  bold.setBold(true);
+  this_run_->setFont(bold);
+  make_secondary(run_before_);
+  grid_->addWidget(this_run_, 1, 1, 1, 2);
+  grid_->addWidget(run_before_, 1, 3);
   speed_ = add_row("speed", "speed of the last car", "Now.");
   for (const auto& field : outcome_fields()) {
     if (field.headline) rows_.emplace_back(&field, add_row(field.name, field.title, field.meaning));
@@ -96,18 +101,26 @@ OutcomeTable::OutcomeTable(QWidget* parent)
 
 OutcomeTable::Row OutcomeTable::add_row(std::string_view name, std::string_view title, std::string_view meaning) {
   const int line = grid_->rowCount();
-  const Row row{new QLabel(capital(title), this), new QLabel(this), new QLabel(this), new QLabel(this)};
+  const Row row{new QLabel(capital(title), this),
+                new QLabel(this),
+                new QLabel(this),
+                new QLabel(this),
+                new QLabel(this),
+                to_qt(meaning)};
   row.value->setObjectName("outcome:" + to_qt(name));
+  row.before->setObjectName("outcome_before:" + to_qt(name));
   row.note->setObjectName("outcome_note:" + to_qt(name));
-  for (QLabel* label : {row.title, row.value}) label->setToolTip(to_qt(meaning));
-  for (QLabel* label : {row.value, row.si, row.note}) label->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  for (QLabel* label : {row.title, row.value}) label->setToolTip(row.meaning);
+  for (QLabel* label : {row.value, row.si, row.before, row.note})
+    label->setTextInteractionFlags(Qt::TextSelectableByMouse);
   for (QLabel* label : {row.title, row.note}) label->setWordWrap(true);
   row.note->setIndent(12);
-  for (QLabel* label : {row.si, row.note}) make_secondary(label);
+  for (QLabel* label : {row.si, row.before, row.note}) make_secondary(label);
   grid_->addWidget(row.title, line, 0);
   grid_->addWidget(row.value, line, 1);
   grid_->addWidget(row.si, line, 2);
-  grid_->addWidget(row.note, line + 1, 0, 1, 3);
+  grid_->addWidget(row.before, line, 3);
+  grid_->addWidget(row.note, line + 1, 0, 1, 4);
   row.note->hide();
   return row;
 }
@@ -118,22 +131,72 @@ void OutcomeTable::show_speed(const TrainNow& train) {
   speed_.si->setText(known ? QString::fromStdString(fields::in_si(train.speed_last, fields::kSpeed)) : QString());
 }
 
+/// Which run is which, and in what the one before differs.
+void OutcomeTable::show_caption(const NodeView& view) {
+  const PreviousRun& previous = view.previous;
+  const bool compares = view.outcome && previous.outcome;
+  this_run_->setVisible(compares);
+  run_before_->setVisible(compares);
+  if (!compares) return;
+  if (view.inputs != inputs_now_ || previous.inputs != inputs_before_) {
+    inputs_now_ = view.inputs;
+    inputs_before_ = previous.inputs;
+    change_.clear();
+    changes_.clear();
+    try {
+      if (inputs_now_ && inputs_before_ && inputs_now_->run_id == view.outcome->run_id) {
+        const auto changes = input_changes(inputs::read_scenario(YAML::Load(inputs_before_->yaml), "before"),
+                                           inputs::read_scenario(YAML::Load(inputs_now_->yaml), "now"));
+        const auto value = [](const std::string& text) {
+          return text.empty() ? kNothing : QString::fromStdString(text);
+        };
+        for (const InputChange& c : changes) {
+          if (change_.isEmpty() || c.key == "initial.speed") change_ = value(c.before);
+          changes_ += tr("\n%1: %2, before %3").arg(QString::fromStdString(c.key), value(c.now), value(c.before));
+        }
+        if (changes.empty()) change_ = tr("same inputs");
+        else if (changes.size() > 1) change_ += "\u2026";
+      }
+    } catch (const std::exception&) {  // of a node of another version: the number of the run has to do
+    }
+  }
+  this_run_->setText(tr("Run %1").arg(view.outcome->run_id));
+  const QString before = tr("Run %1").arg(previous.outcome->run_id);
+  run_before_->setText(change_.isEmpty() ? before : before + ", " + change_);
+  run_before_->setToolTip(tr("What the run before has yielded, at its end.") + changes_);
+}
+
+void OutcomeTable::set_full(bool full) { full_ = full; }
+
+int OutcomeTable::height_of_rest() const { return rest_ * speed_.title->sizeHint().height(); }
+
 void OutcomeTable::show_outcome(const NodeView& view) {
   show_speed(view.train);
-  const std::optional<outcome::Outcome> o = latest(view);
+  show_caption(view);
+  const std::optional<outcome::Outcome> o = read_outcome(view.outcome), before = read_outcome(view.previous.outcome);
   QStringList warnings;
   if (o) {
     for (const std::string& warning : o->warnings) warnings << QString::fromStdString(warning);
   }
   show_text(warnings_, warnings.join('\n'));
+  const bool moves = o && o->stop_time > 0.0;
+  rest_ = 0;
   for (const auto& [field, row] : rows_) {
-    const bool shown = !field->when || (o && field->when(*o));
+    const bool can_be_shown = is_shown(*field, o) || (before && field->when && field->when(*before));
+    const bool known = is_shown(*field, o) && (moves || is_known_at_start(field->name));
+    const bool shown = can_be_shown && (full_ || field->leading);
+    if (can_be_shown && !field->leading) ++rest_;
     for (QLabel* label : {row.title, row.value, row.si}) label->setVisible(shown);
-    const outcome::FieldRow texts = o ? outcome::row_of(*field, *o) : outcome::FieldRow{kNothing, "", ""};
-    row.value->setText(QString::fromStdString(texts.shown.empty() ? texts.si : texts.shown));
+    row.before->setVisible(shown && before);
+    row.before->setText(text_of(*field, before));
+    row.value->setText(known ? text_of(*field, o) : kNothing);
+    const outcome::FieldRow texts = known ? outcome::row_of(*field, *o) : outcome::FieldRow{};
     row.si->setText(texts.shown.empty() ? QString() : QString::fromStdString(texts.si));
-    const QString note = QString::fromStdString(texts.note);
-    show_text(row.note, !shown || !o ? QString() : field->name == "energy_initial" ? shares(*o) : note);
+    const QString note = known && field->name == "energy_initial" ? shares(*o) : QString::fromStdString(texts.note);
+    show_text(row.note, note);
+    row.note->setVisible(shown && full_ && !note.isEmpty());
+    if (can_be_shown && !note.isEmpty()) ++rest_;
+    row.value->setToolTip(note.isEmpty() ? row.meaning : row.meaning + "\n" + note);
   }
 }
 

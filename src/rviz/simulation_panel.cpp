@@ -1,12 +1,24 @@
 #include "rviz/simulation_panel.hpp"
 
+#include <cmath>
+#include <exception>
+
+#include <rviz/visualization_manager.h>
+#include <rviz/window_manager_interface.h>
+#include <QClipboard>
+#include <QDateTime>
 #include <QFrame>
+#include <QGuiApplication>
 #include <QHBoxLayout>
+#include <QScreen>
 #include <QScrollBar>
 #include <QVBoxLayout>
+#include <QWindow>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "rviz/look.hpp"
+#include "rviz/scenario_files.hpp"
+#include "train_derail/outcome/outcome.hpp"
 #include "train_derail/ros/clock_watch.hpp"
 
 namespace train_derail::rviz_panel {
@@ -16,6 +28,10 @@ namespace {
 constexpr const char* kDefaultNode = "/train_derail";
 constexpr int kRefreshMs = 100;
 constexpr const char* kFastest = "fastest";  // rate 0
+/// Of a node that does not say how far apart its moments are [s].
+constexpr double kIntervalDefault = 0.01;
+/// What a part must have to spare before it is unfolded by itself, so that it does not come and go [pixels].
+constexpr int kSpare = 8;
 
 QString rate_text(double rate) { return rate == 0.0 ? QString(kFastest) : QString::number(rate, 'g', 4); }
 
@@ -29,6 +45,20 @@ QString replay_reason(const NodeView& view) {
       tr("A replay: %1 plays the topics of %2. It shows what was recorded and cannot be driven from here; the player's "
          "own keys are in its terminal: space to pause and go on, s to step.")
           .arg(QString::fromStdString(view.player), QString::fromStdString(view.node));
+}
+
+bool plays_a_recording(const NodeView& view) { return view.run_info && view.run_info->replay; }
+
+bool has_ended(const NodeView& view) {
+  return view.run_info && (view.run_info->state == RunInfo::ENDED || view.run_info->state == RunInfo::FAILED);
+}
+
+/// Why a run has ended, as RunInfo has it, in words.
+QString ended_text(const std::string& message) {
+  for (std::size_t i = 0; i < outcome::kEndedNames.size(); ++i) {
+    if (message == outcome::kEndedNames[i]) return QString::fromLatin1(outcome::kEndedTexts[i].data());
+  }
+  return QString::fromStdString(message);
 }
 
 QVBoxLayout* make_column(QWidget* box) {
@@ -50,7 +80,7 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   auto* content = new QWidget(this);
   auto* column = new QVBoxLayout(content);
   column->setContentsMargins(4, 4, 4, 4);
-  column->setSpacing(4);
+  column->setSpacing(3);
   column->addWidget(make_node_row());
   presence_ = new QLabel(content);
   presence_->setObjectName("presence");
@@ -59,17 +89,24 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   column->addWidget(presence_);
 
   live_ = new QWidget(content);
-  outcome_ = new OutcomeTable(live_);
-  charts_ = new ForceCharts(live_);
   auto* live = make_column(live_);
   live->addWidget(make_run_box());
-  live->addWidget(make_rule(live_));
-  live->addWidget(make_inputs_box());
-  live->addWidget(make_rule(live_));
-  live->addWidget(make_caption(tr("Outcome so far"), live_));
-  live->addWidget(outcome_);
-  live->addWidget(make_rule(live_));
-  live->addWidget(charts_, 1);
+  message_ = new QLabel(live_);
+  message_->setObjectName("message");
+  message_->setTextFormat(Qt::PlainText);
+  message_->setWordWrap(true);
+  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  message_->hide();
+  live->addWidget(message_);
+  inputs_section_ = add_section("inputs", tr("Inputs"), make_inputs_box());
+  sweep_section_ = add_section("sweep", tr("Sweep over one input"), make_sweep_box());
+  outcome_section_ = add_section("outcome", tr("Outcome so far"), make_outcome_box());
+  outcome_section_->set_corner(all_outcomes_);
+  charts_ = new ForceCharts(live_);
+  charts_section_ = add_section("charts", tr("Forces"), charts_);
+  live->setStretchFactor(charts_section_, 1);
+  live->addStretch(0);
+  sweep_section_->set_open(false);
   column->addWidget(live_, 1);
 
   scroll_ = new QScrollArea(this);
@@ -84,21 +121,42 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   refresh();
 }
 
+QSize SimulationPanel::sizeHint() const { return {scroll_->minimumWidth(), rviz::Panel::sizeHint().height()}; }
+
+void SimulationPanel::onInitialize() { views_->set_view_manager(vis_manager_->getViewManager()); }
+
+Section* SimulationPanel::add_section(const char* name, const QString& caption, QWidget* content) {
+  auto* section = new Section(name, caption, live_);
+  section->set_content(content);
+  live_->layout()->addWidget(make_rule(live_));
+  live_->layout()->addWidget(section);
+  connect(section, &Section::clicked, this, [this, section] {
+    if (section == charts_section_) charts_wanted_ = section->is_open();
+    fit();
+    Q_EMIT configChanged();
+  });
+  return section;
+}
+
 QWidget* SimulationPanel::make_node_row() {
   auto* row = new QWidget(this);
   auto* line = new QHBoxLayout(row);
   line->setContentsMargins(0, 0, 0, 0);
+  views_ = new ViewButtons(row);
   auto* label = new QLabel(tr("&Node"), row);
   node_ = new QLineEdit(kDefaultNode, row);
   node_->setObjectName("node");
+  node_->setMinimumWidth(node_->fontMetrics().horizontalAdvance("train_derail 0"));
   node_->setToolTip(tr("Name of the simulation's node."));
   label->setBuddy(node_);
+  line->addWidget(views_);
+  line->addStretch(1);
   line->addWidget(label);
-  line->addWidget(node_, 1);
+  line->addWidget(node_, 2);
   connect(node_, &QLineEdit::editingFinished, this, [this] {
     if (!node_->isModified()) return;
     node_->setModified(false);
-    link_.set_node(node_->text().trimmed().toStdString());
+    set_node(node_->text());
     refresh();
     Q_EMIT configChanged();
   });
@@ -131,7 +189,7 @@ QWidget* SimulationPanel::make_run_box() {
   };
   auto* second = new QHBoxLayout;
   second->setSpacing(4);
-  run_ = button(tr("&Run"), "run", tr("Go on."));
+  run_ = button(tr("&Run again"), "run", "");  // the longest of its texts, for its width
   pause_ = button(tr("Pa&use"), "pause", tr("Stand still; cuts steps short."));
   step_ = button(tr("S&tep"), "step", tr("Advance a paused run by so many points of the output grid."));
   ticks_ = new QSpinBox(box);
@@ -161,10 +219,22 @@ QWidget* SimulationPanel::make_run_box() {
   second->addWidget(rate_);
   column->addLayout(second);
 
-  connect(run_, &QPushButton::clicked, this, [this] {
-    link_.resume();
-    refresh();
-  });
+  auto* third = new QHBoxLayout;
+  third->setSpacing(4);
+  auto* slider_label = new QLabel(tr("Ti&me"), box);
+  slider_ = new QSlider(Qt::Horizontal, box);
+  slider_->setObjectName("time_slider");
+  slider_label->setBuddy(slider_);
+  slider_range_ = new QLabel(box);
+  slider_range_->setObjectName("time_range");
+  slider_range_->setMinimumWidth(slider_range_->fontMetrics().horizontalAdvance("00.00 of 00.00 s"));
+  third->addWidget(slider_label);
+  third->addWidget(slider_, 1);
+  third->addWidget(slider_range_);
+  column->addLayout(third);
+
+  connect(slider_, &QSlider::valueChanged, this, [this](int moment) { link_.seek(slider_interval_ * moment); });
+  connect(run_, &QPushButton::clicked, this, &SimulationPanel::run);
   connect(pause_, &QPushButton::clicked, this, [this] {
     link_.pause();
     refresh();
@@ -180,66 +250,135 @@ QWidget* SimulationPanel::make_run_box() {
 }
 
 QWidget* SimulationPanel::make_inputs_box() {
-  auto* box = new QWidget(this);
+  auto* box = new QWidget(live_);
   auto* column = make_column(box);
-  column->addWidget(make_caption(tr("Inputs"), box));
+  scenario_ = new ScenarioChooser(box);
+  column->addWidget(scenario_);
   inputs_ = new InputsForm(box);
   column->addWidget(inputs_);
   auto* line = new QHBoxLayout;
   restart_ = new QPushButton(tr("R&estart"), box);
   restart_->setObjectName("restart");
-  restart_->setToolTip(tr("Begin a new run with these inputs. Those in bold differ from the run that is under way."));
   revert_ = new QPushButton(tr("Re&vert"), box);
   revert_->setObjectName("revert");
   revert_->setToolTip(tr("Back to the inputs of the run that is under way."));
   start_paused_ = new QCheckBox(tr("start pause&d"), box);
   start_paused_->setObjectName("start_paused");
+  copy_ = new QPushButton(tr("Cop&y command"), box);
+  copy_->setObjectName("copy_command");
+  copy_->setToolTip(tr("Puts the command that repeats the run under way in a terminal onto the clipboard."));
   line->addWidget(restart_);
   line->addWidget(start_paused_);
   line->addStretch(1);
+  line->addWidget(copy_);
   line->addWidget(revert_);
   column->addLayout(line);
-  message_ = new QLabel(box);
-  message_->setObjectName("message");
-  message_->setTextFormat(Qt::PlainText);
-  message_->setWordWrap(true);
-  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  message_->hide();
-  column->addWidget(message_);
 
+  connect(scenario_, &ScenarioChooser::chosen, this, &SimulationPanel::load_scenario);
   connect(restart_, &QPushButton::clicked, this, &SimulationPanel::restart);
-  connect(revert_, &QPushButton::clicked, inputs_, &InputsForm::revert);
-  connect(inputs_, &InputsForm::changed, this, [this] { enable_buttons(link_.view()); });
-  connect(inputs_, &InputsForm::edited, this, &SimulationPanel::configChanged);
+  connect(copy_, &QPushButton::clicked, this, &SimulationPanel::copy_command);
+  connect(revert_, &QPushButton::clicked, this, [this] {
+    inputs_->revert();
+    clear_message(Cause::inputs);
+  });
+  connect(inputs_, &InputsForm::changed, this, [this] {
+    if (refused_locally_ && inputs_->error().isEmpty()) clear_message(Cause::inputs);
+    enable_buttons(link_.view());
+  });
+  connect(inputs_, &InputsForm::edited, this, [this] {
+    if (!refused_locally_) clear_message(Cause::inputs);  // what the node has refused is no longer what stands there
+    Q_EMIT configChanged();
+  });
+  connect(inputs_, &InputsForm::submitted, this, &SimulationPanel::restart);
   connect(start_paused_, &QCheckBox::toggled, this, &SimulationPanel::configChanged);
   return box;
 }
 
+QWidget* SimulationPanel::make_sweep_box() {
+  sweep_ = new SweepBox(live_);
+  connect(sweep_, &SweepBox::start, this, &SimulationPanel::start_sweep);
+  connect(sweep_, &SweepBox::cancel, this, [this] { study_.cancel(); });
+  return sweep_;
+}
+
+QWidget* SimulationPanel::make_outcome_box() {
+  outcome_ = new OutcomeTable(live_);
+  all_outcomes_ = new QToolButton(live_);
+  all_outcomes_->setObjectName("all_outcomes");
+  all_outcomes_->setAutoRaise(true);
+  connect(all_outcomes_, &QToolButton::clicked, this, [this] {
+    all_outcomes_wanted_ = !outcome_->is_full();
+    fit();
+    Q_EMIT configChanged();
+  });
+  return outcome_;
+}
+
 void SimulationPanel::refresh() {
   const NodeView view = link_.view();
+  fit_window();
   show_presence(view);
   show_run(view);
-  enable_buttons(view);
+  show_slider(view);
   if (view.inputs && view.inputs != inputs_seen_) {
     inputs_seen_ = view.inputs;
     const QString problem = inputs_->show_run(view.inputs->yaml);
-    if (!problem.isEmpty()) show_message(problem, error_color());
+    if (!problem.isEmpty()) show_message(problem, error_color(), Cause::run);
+    else clear_message(Cause::run);
+    scenario_->show_title(QString::fromStdString(view.inputs->title));
+    sweep_->show_scenario(inputs_->of_run());
   }
+  enable_buttons(view);
   if (view.answer.number != answer_seen_) {
     answer_seen_ = view.answer.number;
     show_answer(view.answer);
   }
+  views_->set_cars(view.run_info ? static_cast<int>(view.run_info->cars) : 0);
   keep_width();
   if (!isVisible()) return;
+  sweep_->show_study(study_.view());
   outcome_->show_outcome(view);
   charts_->show_forces(view.forces);
+  fit();
 }
 
-/// A window that is too low scrolls; one that is too narrow would clip.
+/// A window that is too low scrolls; one that is too narrow would clip. The bar's place is kept whether it is there or
+/// not: it comes in between two looks.
 void SimulationPanel::keep_width() {
-  const QScrollBar* bar = scroll_->verticalScrollBar();
-  const int width = scroll_->widget()->minimumSizeHint().width() + (bar->isVisible() ? bar->sizeHint().width() : 0);
+  const int width = scroll_->widget()->minimumSizeHint().width() + scroll_->verticalScrollBar()->sizeHint().width();
   if (scroll_->minimumWidth() != width) scroll_->setMinimumWidth(width);
+}
+
+/// Unfolds the charts and all of the outcome where there is room for them, unless the user has said what he wants.
+void SimulationPanel::fit() {
+  QWidget* const content = scroll_->widget();
+  const QLayout* const layout = content->layout();
+  const int width = scroll_->viewport()->width();
+  int need = layout->hasHeightForWidth() ? layout->minimumHeightForWidth(width) : layout->minimumSize().height();
+  const int charts_height = charts_->minimumSizeHint().height();
+  const int rest_height = outcome_section_->is_open() ? outcome_->height_of_rest() : 0;
+  if (charts_section_->is_open()) need -= charts_height;
+  if (outcome_->is_full()) need -= rest_height;
+  int room = scroll_->viewport()->height() - need;
+  const auto fits = [&room](int height, bool is_there) { return height + (is_there ? 0 : kSpare) <= room; };
+  const bool charts = charts_wanted_.value_or(fits(charts_height, charts_section_->is_open()));
+  if (charts) room -= charts_height;
+  const bool full = all_outcomes_wanted_.value_or(fits(rest_height, outcome_->is_full()));
+  if (charts != charts_section_->is_open()) charts_section_->set_open(charts);
+  outcome_->set_full(full);
+  all_outcomes_->setText(full ? tr("show less") : tr("show all"));
+}
+
+/// Once, when the window is there.
+void SimulationPanel::fit_window() {
+  if (!fit_window_ || window_fitted_ || vis_manager_ == nullptr) return;
+  auto* const manager = vis_manager_->getWindowManager();
+  QWidget* const window = manager != nullptr ? manager->getParentWindow() : nullptr;
+  if (window == nullptr || !window->isVisible() || window->windowHandle() == nullptr) return;
+  window_fitted_ = true;
+  const QRect room = window->windowHandle()->screen()->availableGeometry();
+  const QMargins border = window->windowHandle()->frameMargins();
+  window->setGeometry(room.marginsRemoved(border));
 }
 
 void SimulationPanel::show_presence(const NodeView& view) {
@@ -248,6 +387,8 @@ void SimulationPanel::show_presence(const NodeView& view) {
   QString text;
   if (view.node.empty()) text = tr("Not a node's name: %1").arg(QString::fromStdString(view.name_error));
   else if (is_replay(view)) text = replay_reason(view);
+  else if (view.present && known && plays_a_recording(view))
+    text = tr("A recorded run: it can be run, paused and looked at again at any time; its inputs cannot be changed.");
   else if (!view.present) text = tr("No simulation at %1. Waiting for it.").arg(node);
   else if (!known) text = tr("%1 is there but has sent nothing yet.").arg(node);
   const bool rivals = !view.clock_publishers.empty();
@@ -284,8 +425,7 @@ void SimulationPanel::show_run(const NodeView& view) {
       break;
     default: state = tr("state %1").arg(info.state);
   }
-  if (!info.message.empty()) state += ": " + QString::fromStdString(info.message);
-  if (info.state == RunInfo::ENDED) state.replace('_', ' ');
+  if (!info.message.empty()) state += ": " + ended_text(info.message);
   state_->setText(tr("Run %1 %2").arg(info.run_id).arg(state));
   state_->setToolTip("<p>" + QString::fromStdString(info.title).toHtmlEscaped() + "</p>");
   set_text_color(state_, color);
@@ -295,57 +435,193 @@ void SimulationPanel::show_run(const NodeView& view) {
     text += view.achieved_rate ? tr(", rate %1").arg(*view.achieved_rate, 0, 'f', 2) : tr(", rate \u2026");
   }
   time_->setText(text);
-  if (!rate_->hasFocus() && !rate_->lineEdit()->hasFocus() && view.pending.count("set_rate") == 0) {
-    rate_->setCurrentText(rate_text(info.rate));
+  if (!rate_->hasFocus() && !rate_->lineEdit()->hasFocus() && view.pending.count("set_rate") == 0) show_rate(view);
+}
+
+/// The slider follows the moment that is shown, unless somebody moves it.
+void SimulationPanel::show_slider(const NodeView& view) {
+  const bool offered = view.present && view.run_info && view.run_info->kept_until > 0.0;
+  const bool stands = view.run_info && view.run_info->state != RunInfo::RUNNING && view.pending.count("step") == 0;
+  const bool enabled = offered && (stands || plays_a_recording(view));
+  slider_->setEnabled(enabled);
+  slider_->setToolTip(enabled    ? tr("Shows the run as it was at that time. The run itself is not changed.")
+                      : !offered ? tr("No states of this run are kept: it has none yet, or comes from a bag.")
+                                 : tr("Pause the run to look back."));
+  const bool known = view.run_info && view.train.run_id == view.run_info->run_id;
+  if (!offered || !known) {
+    slider_range_->clear();
+    return;
   }
+  const RunInfo& info = *view.run_info;
+  const double time = view.train.time, end = std::max(info.kept_until, time);
+  const QSignalBlocker quiet(slider_);
+  slider_interval_ = info.interval > 0.0 ? info.interval : kIntervalDefault;
+  slider_->setRange(0, static_cast<int>(std::lround(end / slider_interval_)));
+  slider_->setPageStep(std::max(1, slider_->maximum() / 20));
+  const bool moved_by_node = time != slider_time_ || info.run_id != slider_run_;
+  if (moved_by_node && !slider_->isSliderDown() && view.pending.count("seek") == 0) {
+    slider_time_ = time;
+    slider_run_ = info.run_id;
+    slider_->setValue(static_cast<int>(std::lround(time / slider_interval_)));
+  }
+  slider_range_->setText(tr("%1 of %2 s").arg(time, 0, 'f', 2).arg(end, 0, 'f', 2));
 }
 
 void SimulationPanel::enable_buttons(const NodeView& view) {
   const auto pending = [&](const char* service) { return view.pending.count(service) > 0; };
   const int state = view.run_info ? view.run_info->state : -1;
-  const bool stepping = pending("step");
-  const bool drivable = !is_replay(view);
+  const bool stepping = pending("step"), ended = has_ended(view), recorded = plays_a_recording(view);
+  const bool drivable = !is_replay(view), changeable = drivable && !recorded;
   const auto set = [drivable](QWidget* widget, bool enabled) {
     enabled = enabled && drivable;
     if (widget->isEnabledTo(widget->parentWidget()) != enabled) widget->setEnabled(enabled);
   };
-  set(run_, state == RunInfo::PAUSED && !stepping && !pending("resume"));
+  const QString over = state == RunInfo::FAILED ? tr("The run has failed: \"Run again\" begins a new one.")
+                       : recorded               ? tr("The recording is over: \"Play again\" begins at its start.")
+                                                : tr("The run has ended: \"Run again\" begins a new one.");
+  run_->setText(!ended ? tr("&Run") : recorded ? tr("Play &again") : tr("&Run again"));
+  run_->setToolTip(!ended     ? tr("Go on.")
+                   : recorded ? tr("Play the recording from its start.")
+                              : tr("Begin a new run with the inputs as they stand below."));
+  set(run_, ended ? !pending("restart") : state == RunInfo::PAUSED && !stepping && !pending("resume"));
+  pause_->setToolTip(ended ? over : tr("Stand still; cuts steps short."));
   set(pause_, (state == RunInfo::RUNNING || stepping) && !pending("pause"));
+  step_->setToolTip(ended                       ? over
+                    : state == RunInfo::RUNNING ? tr("Pause the run to step.")
+                                                : tr("Advance a paused run by so many points of the output grid."));
   set(step_, state == RunInfo::PAUSED && !stepping);
   set(ticks_, true);
   set(rate_, true);
-  set(inputs_, true);
-  set(restart_, !pending("restart"));
-  set(start_paused_, true);
-  set(revert_, inputs_->differs());
+  const QString read_only = tr("A recorded run has the inputs that it has.");
+  set(inputs_, changeable);
+  set(scenario_, changeable && !pending("restart"));
+  set(restart_, changeable && !pending("restart"));
+  restart_->setToolTip(
+      recorded
+          ? read_only
+          : tr("Begin a new run with these inputs; Enter in a field does the same. Those in bold differ from the run "
+               "that is under way."));
+  set(start_paused_, changeable);
+  set(revert_, changeable && inputs_->differs());
+  copy_->setEnabled(view.inputs != nullptr);
+  set(sweep_, view.present);
 }
 
 void SimulationPanel::show_answer(const Answer& answer) {
   const QString text = QString::fromStdString(answer.message);
-  if (answer.success) show_message(QString::fromStdString(answer.service) + ": " + text, quiet_color());
-  else show_message(text, error_color());
+  const Cause cause = answer.service == "restart"    ? Cause::inputs
+                      : answer.service == "set_rate" ? Cause::rate
+                                                     : Cause::run;
+  if (answer.success) {
+    show_message(QString::fromStdString(answer.service) + ": " + text, quiet_color(), cause);
+  } else {
+    show_message(text, error_color(), cause);
+    if (answer.service == "seek") slider_time_ = -1.0;  // back to what is shown
+    if (answer.service == "set_rate") show_rate(link_.view());
+  }
 }
 
-void SimulationPanel::show_message(const QString& text, const QColor& color) {
+void SimulationPanel::show_message(const QString& text, const QColor& color, Cause cause) {
   message_->setText(text);
   set_text_color(message_, color);
   message_->show();
+  cause_ = cause;
+  refused_locally_ = false;
+}
+
+void SimulationPanel::clear_message(Cause cause) {
+  if (cause_ != cause) return;
+  message_->clear();
+  message_->hide();
+}
+
+void SimulationPanel::show_rate(const NodeView& view) {
+  if (view.run_info) rate_->setCurrentText(rate_text(view.run_info->rate));
+}
+
+void SimulationPanel::set_node(const QString& name) {
+  link_.set_node(name.trimmed().toStdString());
+  views_->set_node(name.trimmed());
 }
 
 void SimulationPanel::set_rate(const QString& text) {
   bool is_number = true;
   const double rate = text.trimmed() == kFastest ? 0.0 : text.toDouble(&is_number);
-  if (is_number) link_.set_rate(rate);
-  else show_message(tr("rate = '%1': not a number").arg(text), error_color());
+  if (is_number) {
+    clear_message(Cause::rate);
+    link_.set_rate(rate);
+  } else {
+    show_message(tr("rate = '%1': not a number").arg(text), error_color(), Cause::rate);
+    show_rate(link_.view());
+  }
+}
+
+void SimulationPanel::run() {
+  const NodeView view = link_.view();
+  if (!has_ended(view)) {
+    link_.resume();
+  } else if (plays_a_recording(view)) {
+    link_.seek(0.0);
+    link_.resume();  // after it
+  } else {
+    restart();
+  }
+  refresh();
 }
 
 void SimulationPanel::restart() {
+  if (!restart_->isEnabled()) return;
   const std::vector<std::string> overrides = inputs_->overrides();
   if (const QString error = inputs_->error(); !error.isEmpty()) {
-    show_message(error, error_color());
+    show_message(error, error_color(), Cause::inputs);
+    refused_locally_ = true;
     return;
   }
   link_.restart(overrides, start_paused_->isChecked());
+  refresh();
+}
+
+void SimulationPanel::load_scenario(const QString& path) {
+  std::string yaml;
+  try {
+    yaml = whole_scenario(path.toStdString());
+  } catch (const std::exception& e) {
+    show_message(e.what(), error_color(), Cause::inputs);
+    return;
+  }
+  inputs_->revert();
+  link_.restart({}, start_paused_->isChecked(), yaml);
+  scenario_->remember(path);
+  refresh();
+  Q_EMIT configChanged();
+}
+
+void SimulationPanel::copy_command() {
+  const NodeView view = link_.view();
+  if (!view.inputs) return;
+  std::vector<std::string> files;
+  for (const QString& path : scenario_->recent()) files.push_back(path.toStdString());
+  if (!view.scenario_file.empty()) files.push_back(view.scenario_file);
+  try {
+    QGuiApplication::clipboard()->setText(QString::fromStdString(command_line(view.inputs->yaml, files)));
+    show_message(tr("The command that repeats run %1 is on the clipboard.").arg(view.inputs->run_id), quiet_color(),
+                 Cause::run);
+  } catch (const std::exception& e) {
+    show_message(e.what(), error_color(), Cause::run);
+  }
+}
+
+void SimulationPanel::start_sweep() {
+  if (study_.view().under_way()) return;
+  try {
+    const std::string text = sweep_->study(inputs_->scenario());
+    // The node refuses a folder that holds results.
+    const QString folder = "panel_sweep_" + QDateTime::currentDateTime().toString("yyyy-MM-dd_HH-mm-ss-zzz");
+    study_.start(link_.view().node, text, folder.toStdString());
+    clear_message(Cause::sweep);
+  } catch (const std::exception& e) {
+    show_message(e.what(), error_color(), Cause::sweep);
+  }
   refresh();
 }
 
@@ -356,10 +632,22 @@ void SimulationPanel::load(const rviz::Config& config) {
   bool paused = false;
   if (config.mapGetString("Node", &node)) {
     node_->setText(node);
-    link_.set_node(node.toStdString());
+    set_node(node);
   }
   if (config.mapGetInt("Step Ticks", &ticks)) ticks_->setValue(ticks);
   if (config.mapGetBool("Start Paused", &paused)) start_paused_->setChecked(paused);
+  config.mapGetBool("Fit Window To Screen", &fit_window_);
+  const rviz::Config sections = config.mapGetChild("Sections");
+  bool open = false;
+  for (const auto& [name, section] : remembered_sections()) {
+    if (sections.mapGetBool(name, &open)) section->set_open(open);
+  }
+  if (sections.mapGetBool("Forces", &open)) charts_wanted_ = open;
+  if (sections.mapGetBool("All Outcomes", &open)) all_outcomes_wanted_ = open;
+  QStringList recent;
+  const rviz::Config files = config.mapGetChild("Recent Scenarios");
+  for (int i = 0; i < files.listLength(); ++i) recent << files.listChildAt(i).getValue().toString();
+  scenario_->set_recent(recent);
   std::map<std::string, std::string> texts;
   const rviz::Config inputs = config.mapGetChild("Inputs");
   for (auto it = inputs.mapIterator(); it.isValid(); it.advance()) {
@@ -375,6 +663,14 @@ void SimulationPanel::save(rviz::Config config) const {
   config.mapSetValue("Node", node_->text());
   config.mapSetValue("Step Ticks", ticks_->value());
   config.mapSetValue("Start Paused", start_paused_->isChecked());
+  config.mapSetValue("Fit Window To Screen", fit_window_);
+  rviz::Config sections = config.mapMakeChild("Sections");
+  for (const auto& [name, section] : remembered_sections()) sections.mapSetValue(name, section->is_open());
+  if (charts_wanted_) sections.mapSetValue("Forces", *charts_wanted_);
+  if (all_outcomes_wanted_) sections.mapSetValue("All Outcomes", *all_outcomes_wanted_);
+  rviz::Config files = config.mapMakeChild("Recent Scenarios");
+  files.setType(rviz::Config::List);
+  for (const QString& path : scenario_->recent()) files.listAppendNew().setValue(path);
   rviz::Config inputs = config.mapMakeChild("Inputs");
   inputs.setType(rviz::Config::Map);
   for (const auto& [key, text] : inputs_->typed()) {

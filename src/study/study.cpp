@@ -41,6 +41,7 @@ struct FactorEntry {
 };
 struct StudyEntry {
   std::string title, scenario, fitted_on;
+  YAML::Node own_scenario;  // a map if the scenario stands in the study itself
   std::vector<FactorEntry> factors;
   Plan plan = Plan::one_at_a_time;
   int samples = 0, replicates = 1;
@@ -53,7 +54,8 @@ struct StudyEntry {
 template <class V>
 void describe_study(V& v, StudyEntry& s) {
   v.text("title", s.title, "One line for tables and pictures.");
-  v.text("scenario", s.scenario, "Base scenario, a path relative to this file.");
+  v.text_or_group("scenario", s.scenario, s.own_scenario,
+                  "Base scenario: a path relative to this file, or the scenario itself.");
   v.text("fitted_on", s.fitted_on,
          "For derail validate: the accidents that the base was fitted on, a path relative to this file.");
   v.list(
@@ -209,7 +211,9 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   if (spread && !kSpreads.contains(*spread)) {
     throw InputError("command line", "--spread", fmt::format("{}", *spread), "out of range", kSpreads.text("1"));
   }
-  if (entry.scenario.empty()) throw InputError(path, "scenario", "", "missing", "a path relative to this file");
+  const bool own_scenario = entry.own_scenario.IsMap();
+  if (entry.scenario.empty() && !own_scenario)
+    throw InputError(path, "scenario", "", "missing", "a path relative to this file, or the scenario itself");
   if (places.count("factors") == 0) {
     throw InputError(inputs::located(path, root.Mark()), "factors", "", "missing",
                      "a list of groups; [] for an ensemble of the scenario itself");
@@ -259,17 +263,18 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
 
   Study study;
   study.source = path;
-  study.base =
-      inputs::read_scenario_file((std::filesystem::path(path).parent_path() / entry.scenario).string(), overrides);
-  if (!entry.fitted_on.empty())
-    study.fitted_on = (std::filesystem::path(path).parent_path() / entry.fitted_on).string();
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  study.base = own_scenario ? inputs::read_scenario(inputs::layers(entry.own_scenario, path, folder), path, overrides)
+                            : inputs::read_scenario_file((folder / entry.scenario).string(), overrides);
+  if (!entry.fitted_on.empty()) study.fitted_on = (folder / entry.fitted_on).string();
   study.title = entry.title;
   study.plan = entry.plan;
   study.samples = entry.samples;
   study.replicates = entry.replicates;
   study.perturbation = places.count("perturbation") > 0 ? entry.perturbation : study.base.initial.perturbation;
   study.seed = entry.seed;
-  for (const inputs::KeyValue& v : inputs::key_values(study.base)) require_utf8(entry.scenario, v.key, v.value);
+  for (const inputs::KeyValue& v : inputs::key_values(study.base))
+    require_utf8(own_scenario ? path : entry.scenario, v.key, v.value);
   const YAML::Node tree = YAML::Load(inputs::to_yaml(study.base));
   study.base = inputs::read_scenario(tree, path);  // now with all defaults filled in
   for (std::size_t i = 0; i < entry.factors.size(); ++i) {

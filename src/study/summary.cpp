@@ -89,14 +89,6 @@ Runs read_runs(const std::string& folder, const Study& study, const std::atomic<
 
 bool by_point(const Study& s) { return s.plan == Plan::one_at_a_time || s.plan == Plan::grid; }
 
-struct Cell {
-  std::int64_t point;  // -1: all points together, of a random plan
-  const std::string& name;
-  const std::string& outcome;
-  Spread spread;
-  std::int64_t failed;
-};
-
 /// Calls use(cell) for each outcome of each point, or of all points of a random plan together.
 template <class Use>
 void for_each_cell(const Runs& runs, const Study& study, const std::atomic<bool>* stop, const Use& use) {
@@ -115,7 +107,7 @@ void for_each_cell(const Runs& runs, const Study& study, const std::atomic<bool>
       for (std::size_t r = begin; r < end; ++r) {
         if (!runs.failed[r]) sample.push_back(runs.outcomes[i][r]);
       }
-      use(Cell{by_point(study) ? g : -1, name, study.outcomes[i], spread(std::move(sample)), failed});
+      use(PointSpread{by_point(study) ? g : -1, name, study.outcomes[i], spread(std::move(sample)), failed});
     }
     begin = end;
   }
@@ -221,11 +213,17 @@ std::string cpu_model() {
 
 }  // namespace
 
+std::vector<PointSpread> spreads(const std::string& folder, const Study& study, const std::atomic<bool>* stop) {
+  std::vector<PointSpread> all;
+  for_each_cell(read_runs(folder, study, stop), study, stop, [&](const PointSpread& s) { all.push_back(s); });
+  return all;
+}
+
 Totals write_summary(const std::string& folder, const Study& study, const std::atomic<bool>* stop) {
   const Runs runs = read_runs(folder, study, stop);
   files::OutputFile file(in(folder, "summary.csv"), files::Existing::replace);
   file.stream() << "point,name,outcome,unit,runs,failed,mean,sd,q05,q25,median,q75,q95\n";
-  for_each_cell(runs, study, stop, [&](const Cell& c) {
+  for_each_cell(runs, study, stop, [&](const PointSpread& c) {
     const Spread& s = c.spread;
     std::vector<std::string> fields{fmt::format("{}", c.point),
                                     c.name,
@@ -275,7 +273,7 @@ std::string to_table(const std::string& folder, const Study& study) {
   constexpr std::int64_t kPointsShown = 500;
   const Runs runs = read_runs(folder, study, nullptr);
   std::string text;
-  for_each_cell(runs, study, nullptr, [&](const Cell& c) {
+  for_each_cell(runs, study, nullptr, [&](const PointSpread& c) {
     if (c.point >= kPointsShown) return;
     if (c.outcome == study.outcomes.front()) {
       text += fmt::format("{} ({} runs{})\n", c.name, c.spread.count,
@@ -316,7 +314,7 @@ std::string ensemble_table(const Study& study, const std::vector<outcome::Outcom
   std::string text = fmt::format("{} runs{}, each with a seed of its own\n{:<42}{:>11}  {:<25}{:>11}  {}\n",
                                  totals.runs, totals.failed > 0 ? fmt::format(", {} failed", totals.failed) : "", "",
                                  "median", "   5 to 95 %", "median", "   5 to 95 %");
-  for_each_cell(runs, study, nullptr, [&](const Cell& c) {
+  for_each_cell(runs, study, nullptr, [&](const PointSpread& c) {
     const outcome::Quantity& q = quantity(c.outcome);
     const auto range = [&](double per_unit, std::string_view unit) {
       return fmt::format("{:>11.4g}  {:<25}", c.spread.median / per_unit,
@@ -336,7 +334,7 @@ std::string ensemble_json(const Study& study, const std::vector<outcome::Outcome
   nlohmann::ordered_json j{
       {"title", study.title}, {"runs", totals.runs}, {"failed", totals.failed}, {"warnings", totals.warnings}};
   j["perturbation"] = nlohmann::ordered_json::parse(to_json(study)).at("perturbation");
-  for_each_cell(runs, study, nullptr, [&](const Cell& c) {
+  for_each_cell(runs, study, nullptr, [&](const PointSpread& c) {
     const Spread& s = c.spread;
     j["outcomes"][c.outcome] = {{"unit", quantity(c.outcome).unit},
                                 {"runs", s.count},

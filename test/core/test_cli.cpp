@@ -50,7 +50,8 @@ TEST_F(Cli, JsonFileAndTable) {
   const fs::path json = folder_ / "outcome.json";
   const Result r = derail("run " + kBaseline + kShort + " --json " + json.string());
   ASSERT_EQ(r.code, 0) << r.out;
-  for (const char* word : {"cars past the point of derailment", "cars off the track", "kip", "mph", "ft", "time_max"}) {
+  for (const char* word :
+       {"cars past the point of derailment", "cars off the track", "kip", "mph", "ft", "time limit reached"}) {
     EXPECT_NE(r.out.find(word), std::string::npos) << word << " is missing in\n" << r.out;
   }
   std::ifstream file(json);

@@ -82,6 +82,28 @@ TEST(Fields, JsonHasTheValuesOfTheRun) {
   EXPECT_NEAR(energies / o.energy_initial, 1.0, 1e-4);
 }
 
+TEST(Fields, TablesSayInWordsWhyARunHasEnded) {
+  static_assert(outcome::kEndedTexts.size() == outcome::kEndedNames.size());
+  outcome::Outcome o;
+  o.ended = outcome::Ended::at_rest;
+  EXPECT_EQ(outcome::row_of(*outcome::outcome_fields().find("ended"), o).si, "all cars at rest");
+  o.ended = outcome::Ended::time_max;
+  EXPECT_EQ(outcome::row_of(*outcome::outcome_fields().find("ended"), o).si, "time limit reached");
+}
+
+TEST(Fields, OneCarInLineIsNoPileUp) {
+  const auto& length = *outcome::outcome_fields().find("pile_up_length");
+  outcome::Outcome o;
+  o.cars_past_pod = o.cars_derailed = 1;  // as a run begins
+  o.pile_up.length = 18.0;
+  EXPECT_FALSE(length.when(o));
+  o.cars_off_track = 1;
+  EXPECT_TRUE(length.when(o));
+  o.cars_off_track = 0;
+  o.cars_derailed = 2;
+  EXPECT_TRUE(length.when(o));
+}
+
 TEST(Fields, TheLedgerHasAnEntryForEachOfItsTerms) {
   EXPECT_EQ(sizeof(model::EnergyLedger), std::size(model::kEnergyTerms) * sizeof(double));
   model::EnergyLedger ledger;

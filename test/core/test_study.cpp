@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "fixtures.hpp"
@@ -44,6 +45,41 @@ TEST_F(StudyTest, OneAtATimeChangesOneFactorFromTheBase) {
   EXPECT_DOUBLE_EQ(scenario.initial.speed, 10.0 * inputs::kMph);
   EXPECT_EQ(scenario.initial.perturbation.seed, run.seed);
   EXPECT_DOUBLE_EQ(scenario.initial.perturbation.spacing, 0.003);
+}
+
+TEST_F(StudyTest, TheScenarioMayStandInTheStudyItself) {
+  std::string own;
+  for (const std::string& line : test::lines_of(text_of(folder_ / "scenario.yaml"))) own += "  " + line + "\n";
+  std::string text = text_of(folder_ / "study.yaml");
+  const std::string named = "scenario: scenario.yaml\n";
+  ASSERT_NE(text.find(named), std::string::npos);
+  text.replace(text.find(named), named.size(), "scenario:\n" + own);
+  EXPECT_EQ(study::to_json(study::read_study_text(text, path("study.yaml"))), study::to_json(read()));
+  // With a base, from the folder of the study; mistakes are found where they stand.
+  const std::string head =
+      "factors: []\nreplicates: 2\nperturbation: {spacing: 3 mm}\nscenario:\n  base: scenario.yaml\n";
+  const study::Study based = study::read_study_text(head + "  initial: {speed: 30 mph}\n", path("study.yaml"));
+  EXPECT_DOUBLE_EQ(based.base.initial.speed, 30.0 * inputs::kMph);
+  EXPECT_EQ(based.base.consist.at(0).count, 4);
+  EXPECT_EQ(error_of(head + "  initial: {speed: 30 kip}\n").find(":6: initial.speed = '30 kip'"), 0U)
+      << error_of(head + "  initial: {speed: 30 kip}\n");
+  EXPECT_NE(error_of("scenario: [1, 2]\nfactors: []\n").find(":1: scenario = "), std::string::npos);
+}
+
+TEST_F(StudyTest, SpreadsAreThoseOfTheSummary) {
+  const study::Study s = read();
+  run(s, "out", 2);
+  study::write_results(path("out"), s, 1.0);
+  const std::vector<std::string> rows = test::lines_of(text_of(folder_ / "out" / "summary.csv"));
+  const std::vector<study::PointSpread> spreads = study::spreads(path("out"), s);
+  ASSERT_EQ(spreads.size() + 1, rows.size());
+  for (std::size_t i = 0; i < spreads.size(); ++i) {
+    const study::PointSpread& p = spreads[i];
+    const std::string begin = fmt::format("{},{},{},", p.point, p.name, p.outcome);
+    EXPECT_EQ(rows[i + 1].rfind(begin, 0), 0U) << rows[i + 1];
+    const std::string middle = fmt::format(",{},{},{},", p.spread.q25, p.spread.median, p.spread.q75);
+    EXPECT_NE(rows[i + 1].find(middle), std::string::npos) << rows[i + 1] << " lacks " << middle;
+  }
 }
 
 TEST_F(StudyTest, SeedsAreAllDifferentAndDependOnTheStudysSeed) {

@@ -310,7 +310,7 @@ TEST_F(Panel, FollowsARunToItsEnd) {
   start_node_and_wait();
   ASSERT_TRUE(NodeClient(kNode).set_rate(0.0).success);
   click("run");
-  ASSERT_TRUE(wait_for_state("Run 1 ended: time max")) << state();
+  ASSERT_TRUE(wait_for_state("Run 1 ended: time limit reached")) << state();
   Record<Outcome> outcome("/train_derail/outcome");
   ASSERT_TRUE(wait_in_rviz([&] { return !outcome.empty() && outcome.last().ended == Outcome::TIME_MAX; }));
   const Outcome& o = outcome.last();
@@ -336,7 +336,6 @@ TEST_F(Panel, FollowsARunToItsEnd) {
   EXPECT_EQ(text("outcome:cars_past_pod"), std::to_string(o.cars_past_pod));
   EXPECT_EQ(text("outcome:cars_off_track"), std::to_string(o.cars_off_track));
   EXPECT_EQ(text("outcome:energy_residual"), QString::number(o.energy_residual, 'e', 1).toStdString());
-  EXPECT_FALSE(button("run")->isEnabled());
   EXPECT_TRUE(button("restart")->isEnabled());
 }
 
@@ -443,7 +442,7 @@ TEST_F(Panel, ShowsAReplayAndSaysThatItIsOne) {
   ASSERT_TRUE(wait_in_rviz([&] { return presence().find("A replay: /player plays the topics of /train_derail") == 0; }))
       << presence();
   EXPECT_EQ(presence().find("time jumps"), std::string::npos) << presence();
-  ASSERT_TRUE(wait_for_state("Run 1 ended: time max")) << state();
+  ASSERT_TRUE(wait_for_state("Run 1 ended: time limit reached")) << state();
   ASSERT_TRUE(wait_in_rviz([&] { return !outcome.empty() && outcome.last().ended == Outcome::TIME_MAX; }));
   const auto text = [&](const char* name) { return label(name)->text().toStdString(); };
   EXPECT_TRUE(wait_in_rviz([&] {
@@ -542,7 +541,7 @@ TEST_F(Panel, ReadsAndShowsNumbersTheSameInAnyLocale) {
   EXPECT_EQ(edit("input:initial.yaw_rate")->text(), "0.2 rad/s");
   type("input:initial.yaw_rate", "0.25");
   type("input:initial.speed", "12.5");
-  QTest::keyClick(edit("input:initial.speed"), Qt::Key_Return);
+  QTest::keyClick(edit("input:initial.speed"), Qt::Key_Tab);
   EXPECT_EQ(edit("input:initial.speed")->text(), "12.5 mph");
   type("input:coupler.slack", "1.5 inch");
   click("restart");

@@ -53,17 +53,32 @@ TEST(ForceRecord, APeakBetweenTwoMessagesIsOne) {
   EXPECT_EQ(record.history.back().draft, 200.0);
 }
 
-TEST(ForceRecord, BeginsAnewWithAnotherRunAndWithARestartedNode) {
+TEST(ForceRecord, BeginsAnewWithAnotherRun) {
   ForceRecord record;
   record.add(forces(2, 5.0, {100.0}));
   record.add(forces(3, 0.0, {1.0}));
   EXPECT_EQ(record.buff_max(), 1.0);
-  record.add(forces(3, 4.0, {50.0}));
-  record.add(forces(3, 0.0, {2.0}));  // the same number again, by another process
-  EXPECT_EQ(record.buff_max(), 2.0);
   EXPECT_EQ(record.history.size(), 1U);
   record.add(forces(4, 0.0, {}));  // a lone car
   EXPECT_EQ(record.buff_max(), 0.0);
+}
+
+TEST(ForceRecord, LookingBackShowsThatMomentAndLosesNothing) {
+  ForceRecord record;
+  for (int k = 0; k <= 10; ++k) record.add(forces(1, 0.1 * k, {10.0 * k, -1.0 * k}));
+  const auto history = record.history.size();
+  record.add(forces(1, 0.3, {30.0, -3.0}));
+  EXPECT_EQ(record.time, 0.3);
+  EXPECT_EQ(record.time_max, 1.0);
+  EXPECT_EQ(record.now, (std::vector<double>{30.0, -3.0}));
+  EXPECT_EQ(record.buff_max(), 100.0);
+  EXPECT_EQ(record.draft_max(), 10.0);
+  record.add(forces(1, 0.8, {80.0, -8.0}));  // forward again, still before the end
+  EXPECT_EQ(record.history.size(), history);
+  record.add(forces(1, 1.1, {110.0, -11.0}));  // and on
+  EXPECT_EQ(record.history.size(), history + 1);
+  EXPECT_EQ(record.buff_max(), 110.0);
+  EXPECT_EQ(record.time_max, 1.1);
 }
 
 TEST(ForceRecord, LongRunsStayShortAndLoseNoPeak) {

@@ -38,6 +38,7 @@ struct Field {
   std::string_view title;               ///< title in tables; "" if the value has no row of its own
   std::string_view meaning;             ///< explanation in one sentence
   std::vector<std::string_view> names;  ///< for a choice: the names of its values by index; else empty
+  std::vector<std::string_view> words;  ///< for a choice: what tables print for its values by index; empty: the names
 
   std::function<Value(const Record&)> get;  ///< reads the value from a record
   std::function<void(Record&, const Value&)>
@@ -49,6 +50,7 @@ struct Field {
   std::function<std::string(const Record&)> note;
   bool compared = false;  ///< whether it is a quantity, that is a number for studies and comparisons
   bool headline = false;  ///< whether short lists show it, such as the panel of RViz
+  bool leading = false;   ///< whether the shortest list shows it, where a window is low
 
   /// Sets `when`.
   Field& shown_when(std::function<bool(const Record&)> condition) {
@@ -70,9 +72,19 @@ struct Field {
     headline = true;
     return *this;
   }
+  /// Marks it for the shortest list too.
+  Field& as_leading_headline() {
+    leading = true;
+    return as_headline();
+  }
   /// Sets the names of a choice.
   Field& named(std::vector<std::string_view> all) {
     names = std::move(all);
+    return *this;
+  }
+  /// Sets the words of a choice.
+  Field& worded(std::vector<std::string_view> all) {
+    words = std::move(all);
     return *this;
   }
 };

@@ -27,6 +27,10 @@ inline constexpr std::array<std::string_view, 4> kEndedNames{"running", "at_rest
 /// Returns the name of `ended`.
 inline std::string_view to_string(Ended ended) { return kEndedNames[static_cast<std::size_t>(ended)]; }
 
+/// Ended in words for people, by its value.
+inline constexpr std::array<std::string_view, 4> kEndedTexts{"running", "all cars at rest", "time limit reached",
+                                                             "integration failed"};
+
 /// A touch of two cars: their footprints (rectangles, length by width) begin to overlap. Speeds are those of the two
 /// bodies at the point of the touch, in the sample in which the overlap is first seen. Without contact forces bodies
 /// pass through each other; then a pair of cars counts once until their footprints have parted again.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "train_derail/outcome/outcome.hpp"
+#include "train_derail/study/statistics.hpp"
 #include "train_derail/study/study.hpp"
 
 namespace train_derail::study {
@@ -18,6 +19,19 @@ struct Totals {
       failed = 0;                     ///< those of them that failed
   std::vector<std::string> warnings;  ///< "3 of 200 runs: energy residual ...", and points whose runs are all equal
 };
+
+/// Spread of one outcome over the runs of one point.
+struct PointSpread {
+  std::int64_t point = 0;   ///< number of the point; -1: all points together, for a random plan
+  std::string name;         ///< name of the point, see Points::name()
+  std::string outcome;      ///< name of the outcome::Quantity
+  Spread spread;            ///< of the runs that did not fail, SI unit
+  std::int64_t failed = 0;  ///< number of runs that failed
+};
+/// Returns the spread of each outcome of the study at each point, from the runs.csv of a folder; the outcomes of a
+/// point stand together. Throws as write_summary() does.
+std::vector<PointSpread> spreads(const std::string& folder, const Study& study,
+                                 const std::atomic<bool>* stop = nullptr);
 
 /// Writes `summary.csv` from the runs.csv of a folder: the spread of each outcome at each point, or over all points of
 /// a random plan. For the plan saltelli also writes `sobol.csv`. Failed runs are counted, but left out of the spread.
