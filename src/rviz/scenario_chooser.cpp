@@ -64,7 +64,8 @@ void ScenarioChooser::fill() {
   if (!recent_.isEmpty()) add_caption(tr("Chosen lately"));
   for (const QString& path : recent_) add_file(QFileInfo(path).fileName(), path);
   const std::string config = config_folder();
-  for (const auto& [caption, folder] : {std::pair(tr("Presets"), config), std::pair(tr("Accidents"), config + "/accidents")}) {
+  for (const auto& [caption, folder] :
+       {std::pair(tr("Presets"), config), std::pair(tr("Accidents"), config + "/accidents")}) {
     if (config.empty()) break;
     add_caption(caption);
     for (const ScenarioFile& file : scenario_files(folder)) {
@@ -93,7 +94,8 @@ void ScenarioChooser::add_file(const QString& title, const QString& path) {
 }
 
 void ScenarioChooser::open_file() {
-  const QString folder = recent_.isEmpty() ? QString::fromStdString(config_folder()) : QFileInfo(recent_.front()).path();
+  const QString folder =
+      recent_.isEmpty() ? QString::fromStdString(config_folder()) : QFileInfo(recent_.front()).path();
   auto* dialog = new QFileDialog(this, tr("Open a scenario"), folder, tr("Scenarios (*.yaml *.yml);;All files (*)"));
   dialog->setObjectName("open_scenario");
   dialog->setAttribute(Qt::WA_DeleteOnClose);

@@ -6,8 +6,8 @@
 
 namespace train_derail::rviz_panel {
 
-/// The scenarios that can be run: that of the run on top, files that were chosen lately, the package's presets, any other
-/// file. Says which file is chosen; what becomes of it is not its business.
+/// The scenarios that can be run: that of the run on top, files that were chosen lately, the package's presets, any
+/// other file. Says which file is chosen; what becomes of it is not its business.
 class ScenarioChooser : public QComboBox {
   Q_OBJECT
 

@@ -102,9 +102,9 @@ struct StudyLink::Core {
       data.unreadable = unreadable;
       data.failed = result.failed;
     }
-    close(done                                             ? State::done
+    close(done                                       ? State::done
           : result.status == RunStudyResult::STOPPED ? State::cancelled
-                                                           : State::failed,
+                                                     : State::failed,
           result.message);
   }
   void fail(const std::string& why) { close(State::failed, why); }

@@ -70,7 +70,9 @@ std::string sweep_study(const inputs::Scenario& scenario, const Sweep& sweep) {
   const YAML::Node tree = YAML::Load(yaml);
   const InputTable table = make_input_table(scenario);
   const double from = end_of(tree, table, sweep.key, sweep.from), to = end_of(tree, table, sweep.key, sweep.to);
-  if (!(from < to)) throw InputError(kWhere, sweep.key, sweep.from, "the lower end is not below the upper one", "less than " + sweep.to);
+  if (!(from < to))
+    throw InputError(kWhere, sweep.key, sweep.from, "the lower end is not below the upper one",
+                     "less than " + sweep.to);
 
   const inputs::KeyValue key = inputs::key_value(scenario, sweep.key);
   std::vector<std::string> values;
@@ -83,10 +85,10 @@ std::string sweep_study(const inputs::Scenario& scenario, const Sweep& sweep) {
   }
   std::string list;
   for (const std::string& value : values) list += (list.empty() ? "" : ", ") + quoted(value);
-  std::string text = fmt::format(
-      "title: {}\nplan: grid\nfactors:\n  - {{key: {}, values: [{}]}}\nreplicates: {}\nseed: {}\n",
-      quoted("Sweep of " + sweep.key + ": " + scenario.title), quoted(sweep.key), list, sweep.runs_per_point,
-      scenario.initial.perturbation.seed);
+  std::string text =
+      fmt::format("title: {}\nplan: grid\nfactors:\n  - {{key: {}, values: [{}]}}\nreplicates: {}\nseed: {}\n",
+                  quoted("Sweep of " + sweep.key + ": " + scenario.title), quoted(sweep.key), list,
+                  sweep.runs_per_point, scenario.initial.perturbation.seed);
   if (sweep.runs_per_point > 1 && !study::why_equal(scenario, study::EngineChoice::purpose_built).empty())
     text += fmt::format("perturbation: {}\n", kDefaultPerturbation);
   text += "scenario:\n  ";

@@ -1,5 +1,5 @@
-// A study over one input, as the panel starts it: from the current scenario, from one value to another. Knows neither Qt
-// nor RViz.
+// A study over one input, as the panel starts it: from the current scenario, from one value to another. Knows neither
+// Qt nor RViz.
 #pragma once
 
 #include <string>
@@ -29,9 +29,9 @@ std::string sweep_study(const inputs::Scenario& scenario, const Sweep& sweep);
 struct SweepResult {
   std::string key, label;  // of the input, and its unit as people read it
   std::string unit;
-  std::vector<double> values;              // of the input, in `unit`, rising
-  std::vector<std::string> outcomes;       // names of the outcome::Quantities
-  std::vector<study::PointSpread> spreads; // all outcomes of the first value, of the second, ...
+  std::vector<double> values;               // of the input, in `unit`, rising
+  std::vector<std::string> outcomes;        // names of the outcome::Quantities
+  std::vector<study::PointSpread> spreads;  // all outcomes of the first value, of the second, ...
 };
 /// Reads it from the folder of the study's results. Throws inputs::InputError or std::runtime_error.
 SweepResult read_sweep(const std::string& study_text, const std::string& folder);

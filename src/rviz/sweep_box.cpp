@@ -132,9 +132,9 @@ SweepBox::SweepBox(QWidget* parent) : QWidget(parent) {
   };
   points_ = spin("sweep:points", 2, 200, 8, tr(" values"));
   runs_ = spin("sweep:runs", 1, 1000, 10, tr(" runs each"));
-  runs_->setToolTip(
-      tr("Runs of one value differ as the scenario's perturbation says; if it says nothing, by 0.01 ft between the cars "
-         "and 0.1 % of the yaw rate."));
+  runs_->setToolTip(tr(
+      "Runs of one value differ as the scenario's perturbation says; if it says nothing, by 0.01 ft between the cars "
+      "and 0.1 % of the yaw rate."));
   start_ = new QPushButton(tr("Start s&weep"), this);
   start_->setObjectName("sweep:start");
   start_->setToolTip(tr("Runs beside the live simulation, in a process of its own on the node's machine."));
@@ -223,15 +223,16 @@ void SweepBox::propose_range() {
   };
   from_->setText(is_number && std::isfinite(now) ? text(std::min(kLow * now, kHigh * now)) : QString());
   to_->setText(is_number && std::isfinite(now) ? text(std::max(kLow * now, kHigh * now)) : QString());
-  const QString tip = tr("%1\nAllowed: %2\nThis run: %3")
-                          .arg(QString::fromStdString(found->second.meaning), QString::fromStdString(found->second.allowed),
-                               QString::fromStdString(found->second.value));
+  const QString tip =
+      tr("%1\nAllowed: %2\nThis run: %3")
+          .arg(QString::fromStdString(found->second.meaning), QString::fromStdString(found->second.allowed),
+               QString::fromStdString(found->second.value));
   for (QLineEdit* e : {from_, to_}) e->setToolTip(tip);
 }
 
 std::string SweepBox::study(const inputs::Scenario& scenario) const {
-  return sweep_study(scenario, {key_->currentText().toStdString(), from_->text().toStdString(), to_->text().toStdString(),
-                                points_->value(), runs_->value()});
+  return sweep_study(scenario, {key_->currentText().toStdString(), from_->text().toStdString(),
+                                to_->text().toStdString(), points_->value(), runs_->value()});
 }
 
 void SweepBox::show_study(const StudyView& view) {

@@ -15,8 +15,8 @@ inline double nice_interval(double raw) {
   return 10.0 * power;
 }
 
-/// Of an axis from `low` <= 0 to `high` >= 0 with a tick at 0: at least about `part` of its length, but never so much that
-/// the tick at 0 is alone.
+/// Of an axis from `low` <= 0 to `high` >= 0 with a tick at 0: at least about `part` of its length, but never so much
+/// that the tick at 0 is alone.
 inline double tick_interval(double low, double high, double part) {
   const double wanted = nice_interval(part * (high - low)), reach = std::max(-low, high);
   if (wanted <= reach) return wanted;
