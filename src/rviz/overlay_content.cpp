@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "train_derail/fields/units.hpp"
 
@@ -17,7 +17,8 @@ namespace {
 
 /// Wall seconds for which an entry of the legend stays after its last use.
 constexpr double kEntryHold = 2.0;
-/// Outcomes come once a simulated second; one that is later than this after what is shown belongs to another moment [s].
+/// Outcomes come once a simulated second; one that is later than this after what is shown belongs to another moment
+/// [s].
 constexpr double kSameMoment = 0.05;
 
 std::string both(double value, const fields::Unit& unit) {

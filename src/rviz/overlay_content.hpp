@@ -91,9 +91,9 @@ struct MapCar {
 
 /// The train from above, along the line from the last car to the first.
 struct TrainMap {
-  std::vector<MapCar> cars;                          // in the frame of the map: x ahead
+  std::vector<MapCar> cars;                                 // in the frame of the map: x ahead
   double left = 0.0, right = 0.0, bottom = 0.0, top = 0.0;  // of all [m]
-  double point_x = 0.0, point_y = 0.0;               // the point of derailment
+  double point_x = 0.0, point_y = 0.0;                      // the point of derailment
   double heap_x = 0.0, heap_y = 0.0, heap_turn = 0.0, heap_length = 0.0, heap_width = 0.0;
 
   bool operator==(const TrainMap& o) const;

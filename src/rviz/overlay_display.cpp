@@ -4,13 +4,13 @@
 
 #include <OgreViewport.h>
 
-#include <pluginlib/class_list_macros.hpp>
 #include <rviz/display_context.h>
 #include <rviz/ogre_helpers/render_system.h>
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/string_property.h>
 #include <rviz/render_panel.h>
 #include <rviz/view_manager.h>
+#include <pluginlib/class_list_macros.hpp>
 
 #include "rviz/overlay_painter.hpp"
 #include "rviz/overlay_plate.hpp"
@@ -45,7 +45,8 @@ OverlayDisplay::OverlayDisplay() {
   connect(node_, &rviz::Property::changed, this, [this] {
     if (link_) link_->set_node(node_->getStdString());
   });
-  for (rviz::Property* property : {static_cast<rviz::Property*>(legend_shown_), static_cast<rviz::Property*>(map_shown_)}) {
+  for (rviz::Property* property :
+       {static_cast<rviz::Property*>(legend_shown_), static_cast<rviz::Property*>(map_shown_)}) {
     connect(property, &rviz::Property::changed, this, [this] { size_ = {}; });
   }
 }

@@ -319,9 +319,7 @@ QImage paint_map(const TrainMap& map, const Space& space) {
   QPainter& p = plate.painter();
   const QPointF middle(0.5 * space.width, pad + 0.5 * high);
   const double middle_x = 0.5 * (map.left + map.right), middle_y = 0.5 * (map.bottom + map.top);
-  const auto at = [&](double x, double y) {
-    return middle + QPointF(scale * (x - middle_x), -scale * (y - middle_y));
-  };
+  const auto at = [&](double x, double y) { return middle + QPointF(scale * (x - middle_x), -scale * (y - middle_y)); };
   const double thin = std::max(1.0, 0.09 * space.text);
 
   // Whoever derails lies on those that do not.
@@ -329,8 +327,8 @@ QImage paint_map(const TrainMap& map, const Space& space) {
     for (const MapCar& car : map.cars) {
       if ((car.look != Look::on_track) != derailed) continue;
       const QPointF half(scale * kMapHalfCar * std::cos(car.heading), -scale * kMapHalfCar * std::sin(car.heading));
-      p.setPen(QPen(to_qt(facts_of(car.look).colour).lighter(115), std::max(0.3 * space.text, 3.2 * scale), Qt::SolidLine,
-                    Qt::FlatCap));
+      p.setPen(QPen(to_qt(facts_of(car.look).colour).lighter(115), std::max(0.3 * space.text, 3.2 * scale),
+                    Qt::SolidLine, Qt::FlatCap));
       p.drawLine(at(car.x, car.y) - half, at(car.x, car.y) + half);
     }
   }

@@ -1,8 +1,11 @@
 // The panel inside RViz on a virtual display, clicked and typed at, with a real node that comes, goes and freezes.
+#include <atomic>
 #include <clocale>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <mutex>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
@@ -10,23 +13,37 @@
 #include <rviz/visualization_frame.h>
 #include <rviz/visualization_manager.h>
 #include <yaml-cpp/yaml.h>
+#include <QAbstractItemView>
 #include <QApplication>
 #include <QCheckBox>
+#include <QClipboard>
 #include <QComboBox>
 #include <QDir>
 #include <QElapsedTimer>
+#include <QFileDialog>
 #include <QLabel>
 #include <QLineEdit>
+#include <QPlainTextEdit>
 #include <QPushButton>
+#include <QScreen>
+#include <QScrollArea>
+#include <QScrollBar>
+#include <QSlider>
 #include <QSpinBox>
 #include <QTemporaryDir>
 #include <QTest>
 #include <QTimer>
+#include <QToolButton>
+#include <QWindow>
+#include <QtCharts/QChartView>
+#include <QtCharts/QLineSeries>
 
 #include "child_process.hpp"
 #include "node_client.hpp"
 #include "train_derail/GetInputs.h"
 #include "train_derail/Inputs.h"
+#include "train_derail/Seek.h"
+#include "train_derail/inputs/reader.hpp"
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/ros/message_fields.hpp"
 
@@ -528,6 +545,406 @@ TEST_F(Panel, SaysWhyInputsCannotBeShownAndSendsNoneWithoutAUnit) {
   EXPECT_EQ(restarts, 0);
   type("node", "/train_derail");
   QTest::keyClick(edit("node"), Qt::Key_Return);
+}
+
+/// What a node with a run that can be looked back at offers, with answers that take as long as the test wants.
+class FakeNode {
+ public:
+  FakeNode() : spinner_(1, &queue_) {
+    handle_.setCallbackQueue(&queue_);
+    services_ = {
+        handle_.advertiseService("/fake/get_inputs", &FakeNode::get_inputs, this),
+        handle_.advertiseService("/fake/seek", &FakeNode::seek, this),
+        handle_.advertiseService("/fake/resume", &FakeNode::resume, this),
+        handle_.advertiseService("/fake/restart", &FakeNode::restart, this),
+    };
+    inputs_ = handle_.advertise<Inputs>("/fake/inputs", 1, true);
+    info_ = handle_.advertise<RunInfo>("/fake/run_info", 1, true);
+    cars_ = handle_.advertise<CarStates>("/fake/cars", 1000, true);
+    couplers_ = handle_.advertise<CouplerForces>("/fake/couplers", 1000, true);
+    outcome_ = handle_.advertise<Outcome>("/fake/outcome", 1000, true);
+    Inputs inputs;
+    inputs.run_id = 1;
+    inputs.yaml = "consist:\n  - {count: 3, length: 60 ft, weight: 150 kip}\ninitial: {speed: 30 mph, yaw_rate: 0}\n";
+    inputs_.publish(inputs);
+    spinner_.start();
+  }
+  ~FakeNode() { spinner_.stop(); }
+
+  void say(std::uint8_t state, double kept_until, bool replay = false) {
+    RunInfo info;
+    info.run_id = 1;
+    info.state = state;
+    info.interval = 0.1;
+    info.kept_until = kept_until;
+    info.replay = replay;
+    info.message = state == RunInfo::ENDED ? "at_rest" : "";
+    info_.publish(info);
+  }
+  /// A car and a coupler whose force is the time in MN.
+  void show(double time) {
+    CarStates cars;
+    cars.run_id = 1;
+    cars.time = time;
+    cars.cars.resize(3);
+    cars_.publish(cars);
+    CouplerForces couplers;
+    couplers.run_id = 1;
+    couplers.time = time;
+    couplers.couplers.resize(2);
+    for (CouplerForce& c : couplers.couplers) c.axial_force = 1.0e6 * time;
+    couplers_.publish(couplers);
+  }
+  void come_to(double time, int derailed = 0) {
+    show(time);
+    Outcome outcome;
+    outcome.run_id = 1;
+    outcome.stop_time = time;
+    outcome.cars = 3;
+    outcome.cars_derailed = outcome.cars_past_pod = static_cast<std::uint32_t>(derailed);
+    outcome.pile_up_length = 18.0;
+    outcome_.publish(outcome);
+  }
+  bool heard() const { return cars_.getNumSubscribers() > 0 && couplers_.getNumSubscribers() > 0; }
+  std::vector<double> sought() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return sought_;
+  }
+  int restarts() const { return restarts_; }
+  int resumes() const { return resumes_; }
+
+  std::atomic<bool> holds_seeks{false}, refuses_seeks{false};
+
+ private:
+  bool get_inputs(GetInputs::Request&, GetInputs::Response&) { return true; }
+  bool resume(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+    ++resumes_;
+    return response.success = true;
+  }
+  bool restart(Restart::Request&, Restart::Response& response) {
+    ++restarts_;
+    return response.success = true;
+  }
+  bool seek(Seek::Request& request, Seek::Response& response) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      sought_.push_back(request.time);
+    }
+    while (holds_seeks && ros::ok()) std::this_thread::yield();
+    response.success = !refuses_seeks;
+    response.message = "no such moment";
+    if (response.success) show(request.time);
+    return true;
+  }
+
+  ros::CallbackQueue queue_;
+  ros::NodeHandle handle_;
+  mutable std::mutex mutex_;
+  std::vector<double> sought_;
+  std::atomic<int> restarts_{0}, resumes_{0};
+  std::vector<ros::ServiceServer> services_;
+  ros::Publisher inputs_, info_, cars_, couplers_, outcome_;
+  ros::AsyncSpinner spinner_;
+};
+
+class PanelOnFake : public Panel {
+ protected:
+  void SetUp() override {
+    Panel::SetUp();
+    look_at("/fake");
+    ASSERT_TRUE(wait_in_rviz([&] { return node.heard(); }));
+  }
+  void TearDown() override {
+    look_at(kNode);
+    Panel::TearDown();
+  }
+  void look_at(const char* name) const {
+    type("node", name);
+    QTest::keyClick(edit("node"), Qt::Key_Return);
+  }
+  QSlider* slider() const { return find<QSlider>("time_slider"); }
+  QVector<QPointF> line(const char* chart, const char* name) const {
+    for (QtCharts::QAbstractSeries* series : find<QtCharts::QChartView>(chart)->chart()->series()) {
+      if (series->name() == name) return static_cast<QtCharts::QLineSeries*>(series)->pointsVector();
+    }
+    throw std::runtime_error(std::string("no line ") + name);
+  }
+  /// A run that has ended at 10 s, with its forces.
+  void run_to_the_end() {
+    node.say(RunInfo::RUNNING, 0.0);
+    for (int k = 0; k <= 100; ++k) node.come_to(0.1 * k, 2);
+    node.say(RunInfo::ENDED, 10.0);
+    ASSERT_TRUE(wait_in_rviz([&] { return slider()->isEnabled() && slider()->value() == 100; })) << state();
+  }
+
+  FakeNode node;
+};
+
+TEST_F(PanelOnFake, TheSliderShowsAnyMomentOfARunThatStandsStill) {
+  node.say(RunInfo::RUNNING, 5.0);
+  node.come_to(5.0);
+  EXPECT_TRUE(wait_for_state("running"));
+  EXPECT_FALSE(slider()->isEnabled()) << "the run goes on";
+  run_to_the_end();
+  EXPECT_TRUE(wait_for_state("Run 1 ended: all cars at rest")) << state();
+  EXPECT_TRUE(wait_in_rviz([&] { return label("time_range")->text() == "10.00 of 10.00 s"; }));
+  if (!find<QToolButton>("section:charts")->isChecked()) find<QToolButton>("section:charts")->click();
+  ASSERT_TRUE(wait_in_rviz([&] { return line("chart:along", "now").size() == 2; }));
+  EXPECT_TRUE(line("chart:time", "mark").isEmpty());
+
+  slider()->setFocus();
+  QTest::keyClick(slider(), Qt::Key_Home);
+  ASSERT_TRUE(wait_in_rviz([&] { return label("time_range")->text() == "0.00 of 10.00 s"; }));
+  slider()->setValue(30);
+  ASSERT_TRUE(wait_in_rviz([&] { return label("time_range")->text() == "3.00 of 10.00 s"; }))
+      << label("time_range")->text().toStdString();
+  EXPECT_EQ(node.sought(), (std::vector<double>{0.0, 0.1 * 30}));
+  EXPECT_TRUE(wait_in_rviz([&] {
+    const auto mark = line("chart:time", "mark");
+    return mark.size() == 2 && std::abs(mark[0].x() - 3.0) < 1e-9 && mark[0].y() < mark[1].y();
+  }));
+  EXPECT_NEAR(line("chart:along", "now")[0].y(), 3.0e6 / inputs::kKip, 1e-6) << "the force at that time";
+  slider()->setValue(100);
+  EXPECT_TRUE(wait_in_rviz([&] { return line("chart:time", "mark").isEmpty(); }));
+}
+
+TEST_F(PanelOnFake, OfManyMomentsOnlyTheLastIsAskedForWhenTheNodeIsSlow) {
+  run_to_the_end();
+  node.holds_seeks = true;
+  slider()->setValue(90);
+  ASSERT_TRUE(wait_in_rviz([&] { return node.sought().size() == 1; }));
+  for (int k = 80; k >= 20; --k) slider()->setValue(k);
+  EXPECT_EQ(node.sought().size(), 1U) << "one call at a time";
+  node.holds_seeks = false;
+  ASSERT_TRUE(wait_in_rviz([&] { return label("time_range")->text() == "2.00 of 10.00 s"; }));
+  EXPECT_EQ(node.sought(), (std::vector<double>{0.1 * 90, 0.1 * 20}));
+}
+
+TEST_F(PanelOnFake, ARefusedMomentIsSaidAndTheSliderGoesBack) {
+  run_to_the_end();
+  node.refuses_seeks = true;
+  slider()->setValue(40);
+  EXPECT_TRUE(wait_in_rviz([&] { return message() == "no such moment" && slider()->value() == 100; })) << message();
+  EXPECT_TRUE(message_is_red());
+}
+
+TEST_F(PanelOnFake, BeforeAnythingHasHappenedNothingIsCounted) {
+  node.say(RunInfo::PAUSED, 0.0);
+  node.come_to(0.0, 1);
+  ASSERT_TRUE(wait_in_rviz([&] { return label("outcome:cars")->text() == "3"; }));
+  EXPECT_EQ(label("outcome:cars_derailed")->text(), QString::fromUtf8("\u2013"));
+  EXPECT_FALSE(label("outcome:pile_up_length")->isVisible());
+  node.come_to(1.0, 2);
+  EXPECT_TRUE(wait_in_rviz([&] { return label("outcome:cars_derailed")->text() == "2"; }));
+  EXPECT_TRUE(wait_in_rviz([&] { return label("outcome:pile_up_length")->isVisible(); }));
+}
+
+TEST_F(PanelOnFake, ARecordedRunIsPlayedAndNotChanged) {
+  node.say(RunInfo::RUNNING, 10.0, true);
+  node.come_to(4.0);
+  ASSERT_TRUE(wait_in_rviz([&] { return presence().find("A recorded run") == 0; })) << presence();
+  EXPECT_TRUE(wait_in_rviz([&] { return slider()->isEnabled(); })) << "while it plays, too";
+  EXPECT_TRUE(button("pause")->isEnabled());
+  EXPECT_FALSE(button("restart")->isEnabled());
+  EXPECT_FALSE(find<QComboBox>("scenario")->isEnabled());
+  EXPECT_FALSE(edit("input:initial.speed")->isEnabled());
+  EXPECT_EQ(edit("input:initial.speed")->text(), "30 mph");
+  node.say(RunInfo::ENDED, 10.0, true);
+  ASSERT_TRUE(wait_in_rviz([&] { return button("run")->text() == "Play &again" && button("run")->isEnabled(); }));
+  click("run");
+  EXPECT_TRUE(wait_in_rviz([&] { return node.resumes() == 1; }));
+  EXPECT_EQ(node.sought(), std::vector<double>{0.0});
+  EXPECT_EQ(node.restarts(), 0);
+}
+
+TEST_F(Panel, ARunThatHasEndedCanBeRunAgainWithTheInputsOfTheForm) {
+  start_node_and_wait();
+  ASSERT_TRUE(NodeClient(kNode).set_rate(0.0).success);
+  EXPECT_EQ(button("run")->text(), "&Run");
+  click("run");
+  ASSERT_TRUE(wait_for_state("Run 1 ended: time limit reached")) << state();
+  ASSERT_TRUE(wait_in_rviz([&] { return button("run")->text() == "&Run again"; }));
+  for (const char* name : {"pause", "step"}) {
+    EXPECT_FALSE(button(name)->isEnabled());
+    EXPECT_TRUE(button(name)->toolTip().contains("The run has ended")) << button(name)->toolTip().toStdString();
+  }
+  const std::string first = label("outcome:coupler_buff_peak")->text().toStdString();
+  type("input:initial.speed", "25 mph");
+  click("run");
+  ASSERT_TRUE(wait_for_state("Run 2 ended")) << state() << message();
+  EXPECT_DOUBLE_EQ(inputs.last().speed, 25 * kMph);
+  // Beside what it has yielded stands what the first had.
+  EXPECT_TRUE(wait_in_rviz([&] { return label("outcome:this_run")->text() == "Run 2"; }));
+  EXPECT_EQ(label("outcome:run_before")->text(), "Run 1, 37 mph");
+  EXPECT_EQ(label("outcome_before:coupler_buff_peak")->text().toStdString(), first);
+  EXPECT_TRUE(label("outcome_before:coupler_buff_peak")->isVisible());
+  EXPECT_NE(label("outcome:coupler_buff_peak")->text().toStdString(), first);
+  EXPECT_TRUE(label("outcome:run_before")->toolTip().contains("initial.speed: 25 mph, before 37 mph"));
+}
+
+TEST_F(Panel, EnterInAFieldStartsTheRun) {
+  start_node_and_wait();
+  find<QCheckBox>("start_paused")->setChecked(true);
+  type("input:initial.speed", "48");
+  QTest::keyClick(edit("input:initial.speed"), Qt::Key_Return);
+  ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && inputs.last().run_id == 2; })) << message();
+  EXPECT_DOUBLE_EQ(inputs.last().speed, 48 * kMph);
+}
+
+TEST_F(Panel, RedMessagesGoWithTheirCause) {
+  start_node_and_wait();
+  type("input:initial.speed", "-5 mph");
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return message_is_red() && label("message")->isVisible(); }));
+  type("input:initial.speed", "38 mph");
+  EXPECT_TRUE(wait_in_rviz([&] { return !label("message")->isVisible(); })) << message();
+  type("input:", "no.such_key=1");
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return message().find("no.such_key") != std::string::npos; }));
+  click("revert");
+  EXPECT_TRUE(wait_in_rviz([&] { return !label("message")->isVisible(); })) << message();
+}
+
+TEST_F(Panel, ScenariosAreChosenFromAListOrAFile) {
+  start_node_and_wait();
+  find<QCheckBox>("start_paused")->setChecked(true);
+  auto* chooser = find<QComboBox>("scenario");
+  const auto choose = [&](const QString& part) {
+    for (int i = 1; i < chooser->count(); ++i) {
+      if (!chooser->itemText(i).contains(part)) continue;
+      chooser->showPopup();
+      chooser->view()->setCurrentIndex(chooser->model()->index(i, 0));
+      QTest::keyClick(chooser->view(), Qt::Key_Return);
+      return true;
+    }
+    return false;
+  };
+  // One whose base is another file, which the node need not have.
+  ASSERT_TRUE(choose("lac_megantic_2013.yaml"));
+  ASSERT_TRUE(wait_in_rviz([&] { return !inputs.empty() && inputs.last().run_id == 2; })) << message();
+  EXPECT_EQ(inputs.last().title, "Lac-Megantic, Quebec, 2013");
+  EXPECT_TRUE(wait_in_rviz([&] { return chooser->currentText() == "Lac-Megantic, Quebec, 2013"; }));
+  EXPECT_EQ(inputs.last().model, "extended") << "the base's";
+
+  const auto open = [&](const std::string& path) {
+    ASSERT_TRUE(choose("Open file"));
+    QFileDialog* dialog = nullptr;
+    ASSERT_TRUE(wait_in_rviz([&] { return (dialog = frame->findChild<QFileDialog*>("open_scenario")) != nullptr; }));
+    Q_EMIT dialog->fileSelected(QString::fromStdString(path));
+    dialog->reject();
+  };
+  std::ofstream(file("broken.yaml")) << "consist:\n  - {count: 5, length: 60 ft, weight: 150 kip}\n"
+                                        "initial: {speed: 900 mph, yaw_rate: 0.1}\n";
+  open(file("broken.yaml"));
+  EXPECT_TRUE(wait_in_rviz([&] { return message_is_red() && label("message")->isVisible(); }));
+  for (const char* said : {"broken.yaml:3", "initial.speed", "900 mph", "allowed: [0, 200] m/s"})
+    EXPECT_NE(message().find(said), std::string::npos) << message() << " lacks " << said;
+  std::ofstream(file("mine.yaml")) << "title: Mine\nconsist:\n  - {count: 5, length: 60 ft, weight: 150 kip}\n"
+                                      "initial: {speed: 21 mph, yaw_rate: 0.1}\nstop: {time_max: 2 s}\n";
+  open(file("mine.yaml"));
+  ASSERT_TRUE(wait_in_rviz([&] { return inputs.last().title == "Mine"; })) << message();
+  EXPECT_GE(chooser->findText("mine.yaml"), 1) << "among those chosen lately";
+
+  // The command repeats the run: from the file, with what was changed.
+  type("input:initial.speed", "23.456 mph");
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return std::abs(inputs.last().speed - 23.456 * kMph) < 1e-9; })) << message();
+  ASSERT_TRUE(NodeClient(kNode).step(0, 5.0).time > 1.9);
+  Record<Outcome> outcome("/train_derail/outcome");
+  ASSERT_TRUE(wait_in_rviz([&] { return !outcome.empty() && outcome.last().ended == Outcome::TIME_MAX; }));
+  click("copy_command");
+  std::string command = QApplication::clipboard()->text().toStdString();
+  EXPECT_EQ(command.find("rosrun train_derail derail run '" + file("mine.yaml") + "' --set 'initial.speed=23.456 mph'"),
+            0U)
+      << command;
+  const std::string program = "rosrun train_derail derail", json = file("again.json");
+  command.replace(command.find(program), program.size(), TRAIN_DERAIL_CLI);
+  command.insert(command.find_last_not_of('\n') + 1, " --quiet --json '" + json + "'");
+  ASSERT_EQ(std::system(command.c_str()), 0) << command;
+  const YAML::Node again = YAML::LoadFile(json);
+  EXPECT_EQ(again["coupler_buff_peak"].as<double>(), outcome.last().coupler_buff_peak);
+  EXPECT_EQ(again["energy_residual"].as<double>(), outcome.last().energy_residual);
+
+  // They are saved with the configuration.
+  ASSERT_TRUE(frame->saveDisplayConfig(QString::fromStdString(file("saved.rviz"))));
+  const YAML::Node saved = YAML::LoadFile(file("saved.rviz"))["Panels"][0]["Recent Scenarios"];
+  ASSERT_EQ(saved.size(), 2U);
+  EXPECT_EQ(saved[0].as<std::string>(), file("mine.yaml"));
+}
+
+TEST_F(Panel, SweepsOverOneInputAndDrawsWhatCameOut) {
+  const QTemporaryDir results;
+  ros::param::set("/train_derail/results_folder", results.path().toStdString());
+  start_node_and_wait();
+  ros::param::del("/train_derail/results_folder");
+  find<QToolButton>("section:sweep")->click();
+  auto* key = find<QComboBox>("sweep:key");
+  EXPECT_EQ(key->currentText(), "initial.speed");
+  EXPECT_LT(key->findText("initial.perturbation.seed"), 0);
+  EXPECT_LT(key->findText("contact.friction"), 0) << "has no effect here";
+  type("sweep:from", "50 kip");
+  click("sweep:start");
+  EXPECT_TRUE(wait_in_rviz([&] { return message().find("50 kip") != std::string::npos && message_is_red(); }))
+      << message();
+  type("sweep:from", "10");
+  type("sweep:to", "20 mph");
+  find<QSpinBox>("sweep:points")->setValue(3);
+  find<QSpinBox>("sweep:runs")->setValue(4);
+  click("sweep:start");
+  ASSERT_TRUE(wait_in_rviz([&] { return find<QtCharts::QChartView>("sweep_chart")->isVisible(); }))
+      << label("sweep:message")->text().toStdString() << message();
+  EXPECT_FALSE(label("message")->isVisible()) << message();
+  const QStringList folders = QDir(results.path()).entryList({"panel_sweep_*"}, QDir::Dirs);
+  ASSERT_EQ(folders.size(), 1);
+  // The line is the median of summary.csv, point by point.
+  auto* outcomes = find<QComboBox>("sweep:outcome");
+  outcomes->setCurrentIndex(outcomes->findData("coupler_buff_peak"));
+  QVector<QPointF> median;
+  for (QtCharts::QAbstractSeries* series : find<QtCharts::QChartView>("sweep_chart")->chart()->series()) {
+    if (auto* line = qobject_cast<QtCharts::QLineSeries*>(series)) median = line->pointsVector();
+  }
+  ASSERT_EQ(median.size(), 3);
+  EXPECT_NEAR(median[0].x(), 10.0, 1e-9);
+  EXPECT_NEAR(median[1].x(), 15.0, 1e-9);
+  std::ifstream summary((results.path() + "/" + folders[0] + "/summary.csv").toStdString());
+  int seen = 0;
+  for (std::string row; std::getline(summary, row);) {
+    const QStringList fields = QString::fromStdString(row).split(',');
+    if (fields.size() < 13 || fields[2] != "coupler_buff_peak") continue;
+    EXPECT_NEAR(median[seen++].y(), fields[10].toDouble() / inputs::kKip, 1e-6);
+    EXPECT_EQ(fields[4], "4");
+  }
+  EXPECT_EQ(seen, 3);
+}
+
+TEST_F(Panel, FitsALowWindowAndUsesATallOne) {
+  start_node_and_wait();
+  ASSERT_TRUE(NodeClient(kNode).step(100, 0.0).success);
+  frame->resize(1366, 768);
+  auto* scroll = frame->findChild<QLineEdit*>("node")->parentWidget();
+  while (qobject_cast<QScrollArea*>(scroll) == nullptr) scroll = scroll->parentWidget();
+  auto* bar = static_cast<QScrollArea*>(scroll)->verticalScrollBar();
+  EXPECT_TRUE(wait_in_rviz([&] { return frame->height() == 768 && bar->maximum() == 0; })) << bar->maximum();
+  EXPECT_FALSE(find<QToolButton>("section:charts")->isChecked());
+  frame->resize(1366, 1400);
+  EXPECT_TRUE(wait_in_rviz([&] { return find<QToolButton>("section:charts")->isChecked(); }));
+  EXPECT_TRUE(wait_in_rviz(
+      [&] { return label("outcome:groups")->isVisible() || label("outcome:cars_past_pod")->isVisible(); }));
+  EXPECT_EQ(bar->maximum(), 0);
+  find<QToolButton>("section:charts")->click();
+  EXPECT_TRUE(wait_in_rviz([&] { return !find<QtCharts::QChartView>("chart:time")->isVisible(); }))
+      << "the user's word";
+  frame->resize(1500, 880);
+}
+
+TEST_F(Panel, FitsTheWindowToTheScreenIfTheConfigurationSaysSo) {
+  close_panel();
+  frame->resize(1000, 700);
+  open_rviz("    Fit Window To Screen: true\n");
+  const QRect room = frame->windowHandle()->screen()->availableGeometry();
+  EXPECT_TRUE(wait_in_rviz([&] { return frame->geometry().size() == room.size(); }))
+      << frame->width() << " x " << frame->height();
+  frame->resize(1500, 880);
 }
 
 /// In the user's locale, whatever that is: decimal points are points.

@@ -1,13 +1,19 @@
 // What the panel is made of, without RViz, node or master: forces over time, inputs as typed, the thread that may hang.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <future>
 
 #include <gtest/gtest.h>
 
 #include "rviz/force_record.hpp"
 #include "rviz/input_table.hpp"
+#include "rviz/scenario_files.hpp"
+#include "rviz/sweep.hpp"
+#include "rviz/ticks.hpp"
 #include "rviz/worker.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/writer.hpp"
 
@@ -162,6 +168,69 @@ TEST_F(TypedInputs, MistakesAreSaidAsTheReaderSaysThem) {
     EXPECT_NE(checked.error.find("allowed"), std::string::npos) << typed << ": " << checked.error;
   }
   EXPECT_NE(check("no.such_key", "1").error, "");
+}
+
+TEST(Ticks, TheOneAtZeroIsNeverAlone) {
+  for (const auto& [low, high] :
+       std::vector<std::pair<double, double>>{{0, 1}, {-1, 0}, {-10, 10}, {-3, 97}, {-44.5, 89}}) {
+    for (const double part : {0.2, 0.35, 0.5}) {
+      const double interval = tick_interval(low, high, part);
+      EXPECT_GE(std::floor(high / interval) - std::ceil(low / interval) + 1.0, 2.0)
+          << low << " " << high << " " << part;
+    }
+  }
+}
+
+TEST_F(TypedInputs, SweepsSayTheirMistakesAndHoldTheWholeScenario) {
+  const auto refusal = [&](const Sweep& sweep) -> std::string {
+    try {
+      sweep_study(scenario, sweep);
+    } catch (const inputs::InputError& e) {
+      return e.what();
+    }
+    return "none";
+  };
+  EXPECT_NE(refusal({"initial.speed", "60", "20", 3, 2}).find("not below"), std::string::npos);
+  EXPECT_NE(refusal({"initial.speed", "fast", "20", 3, 2}).find("fast"), std::string::npos);
+  EXPECT_NE(refusal({"initial.speed", "1", "9000", 3, 2}).find("allowed: [0, 200] m/s"), std::string::npos);
+  EXPECT_NE(refusal({"initial.speed", "1", "9", 1, 2}).find("points"), std::string::npos);
+  const study::Study study =
+      study::read_study_text(sweep_study(scenario, {"initial.speed", "10", "30 mph", 5, 3}), "sweep");
+  EXPECT_EQ(study.replicates, 3);
+  ASSERT_EQ(study.factors.size(), 1U);
+  EXPECT_EQ(study.factors[0].shown, (std::vector<std::string>{"10 mph", "15 mph", "20 mph", "25 mph", "30 mph"}));
+  EXPECT_EQ(study.base.consist.at(0).count, scenario.consist.at(0).count);
+  EXPECT_EQ(study::run_count(study), 15);
+  // Whole numbers stay whole, and none stands twice.
+  const study::Study cars =
+      study::read_study_text(sweep_study(scenario, {"consist[0].count", "4", "6", 9, 1}), "sweep");
+  EXPECT_EQ(cars.factors.at(0).shown, (std::vector<std::string>{"4", "5", "6"}));
+}
+
+TEST_F(TypedInputs, TheCommandNamesTheFileWhereFewInputsDifferAndElseHoldsTheScenario) {
+  const std::string file = std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/baseline.yaml";
+  inputs::Scenario changed = scenario;
+  changed.initial.speed = 13.123456789012345;
+  EXPECT_EQ(command_line(inputs::to_yaml(changed), {"/not/there.yaml", file}),
+            "rosrun train_derail derail run '" + file + "' --set 'initial.speed=13.123456789012345'\n");
+  changed.consist.push_back(changed.consist.front());  // a block that the file has not
+  const std::string command = command_line(inputs::to_yaml(changed), {file});
+  EXPECT_NE(command.find("<<'END_OF_SCENARIO'\n" + inputs::to_yaml(changed)), std::string::npos) << command;
+  EXPECT_EQ(command.find(file), std::string::npos);
+}
+
+TEST(ScenarioFiles, AreThePresetsByTitle) {
+  const auto files = scenario_files(std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config");
+  ASSERT_GE(files.size(), 5U);
+  EXPECT_NE(std::find_if(files.begin(), files.end(),
+                         [](const ScenarioFile& f) { return f.title == "Loaded unit train over a broken rail"; }),
+            files.end());
+  EXPECT_TRUE(scenario_files("/not/there").empty());
+  // Bases are filled in.
+  const std::string whole =
+      whole_scenario(std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/accidents/lac_megantic_2013.yaml");
+  EXPECT_EQ(YAML::Load(whole)["base"].IsDefined(), false);
+  EXPECT_EQ(inputs::model_of(inputs::read_scenario(YAML::Load(whole), "whole")), inputs::Model::extended);
 }
 
 TEST(SplitOverrides, AtSemicolons) {
