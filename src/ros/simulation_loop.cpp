@@ -189,6 +189,7 @@ void SimulationLoop::tick() {
     end_run();
   } else if (stepping_ && stepping_->left == 0) {
     stream_.complete_markers();
+    publish_run_info();  // how much of the run can be shown again
     finish_step({true, "now at " + at_time()});
   }
 }
@@ -223,6 +224,7 @@ outcome::Outcome SimulationLoop::outcome() const {
 
 Answer SimulationLoop::pause() {
   if (stepping_) {
+    publish_run_info();
     finish_step({false, "cut short by ~pause at " + at_time()});
     return {true, "steps cut short at " + at_time()};
   }

@@ -144,8 +144,8 @@ void ForceCharts::write_captions() {
   const QColor grey = palette().color(QPalette::Disabled, QPalette::WindowText);
   const auto entry = [&](const QString& text, const QColor& color) { return key(text, isEnabled() ? color : grey); };
   const auto bold = [](const QString& text) { return "<b>" + text + "</b>"; };
-  along_caption_->setText(bold(tr("Force along the train, by coupler")) +
-                          entry(tr("at the time shown"), palette().color(QPalette::Active, QPalette::Text)) +
+  along_caption_->setText(bold(tr("Force by coupler")) +
+                          entry(tr("shown"), palette().color(QPalette::Active, QPalette::Text)) +
                           entry(tr("peak buff"), buff_color()) + entry(tr("peak draft"), draft_color()));
   over_time_caption_->setText(bold(tr("Largest force over time [s]")) + entry(tr("buff"), buff_color()) +
                               entry(tr("draft"), draft_color()));

@@ -34,7 +34,8 @@ std::string quoted(const std::string& text) {
 /// Changed inputs that make exactly `wanted` of the scenario in `file`; none if there are no such few.
 std::optional<std::vector<inputs::Override>> overrides_from(const std::string& file, const inputs::Scenario& wanted) {
   try {
-    const inputs::Scenario start = inputs::read_scenario_file(file);
+    // With all defaults filled in, as `wanted` has them.
+    const inputs::Scenario start = inputs::read_scenario(YAML::Load(whole_scenario(file)), file);
     const InputTable table = make_input_table(wanted);
     std::vector<inputs::Override> overrides;
     for (const InputChange& change : input_changes(start, wanted)) {

@@ -104,9 +104,9 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   outcome_section_->set_corner(all_outcomes_);
   charts_ = new ForceCharts(live_);
   charts_section_ = add_section("charts", tr("Forces"), charts_);
-  live->setStretchFactor(charts_section_, 1);
-  live->addStretch(0);
+  live->addStretch(1);
   sweep_section_->set_open(false);
+  charts_section_->set_open(false);
   column->addWidget(live_, 1);
 
   scroll_ = new QScrollArea(this);
@@ -364,7 +364,11 @@ void SimulationPanel::fit() {
   const bool charts = charts_wanted_.value_or(fits(charts_height, charts_section_->is_open()));
   if (charts) room -= charts_height;
   const bool full = all_outcomes_wanted_.value_or(fits(rest_height, outcome_->is_full()));
-  if (charts != charts_section_->is_open()) charts_section_->set_open(charts);
+  if (charts != charts_section_->is_open()) {
+    charts_section_->set_open(charts);
+    constexpr int kAll = 100;  // against the space below them
+    static_cast<QVBoxLayout*>(live_->layout())->setStretchFactor(charts_section_, charts ? kAll : 0);
+  }
   outcome_->set_full(full);
   all_outcomes_->setText(full ? tr("show less") : tr("show all"));
 }

@@ -210,9 +210,9 @@ TEST_F(TypedInputs, SweepsSayTheirMistakesAndHoldTheWholeScenario) {
 TEST_F(TypedInputs, TheCommandNamesTheFileWhereFewInputsDifferAndElseHoldsTheScenario) {
   const std::string file = std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/baseline.yaml";
   inputs::Scenario changed = scenario;
-  changed.initial.speed = 13.123456789012345;
+  changed.initial.speed = 13.1234567890125;
   EXPECT_EQ(command_line(inputs::to_yaml(changed), {"/not/there.yaml", file}),
-            "rosrun train_derail derail run '" + file + "' --set 'initial.speed=13.123456789012345'\n");
+            "rosrun train_derail derail run '" + file + "' --set 'initial.speed=13.1234567890125'\n");
   changed.consist.push_back(changed.consist.front());  // a block that the file has not
   const std::string command = command_line(inputs::to_yaml(changed), {file});
   EXPECT_NE(command.find("<<'END_OF_SCENARIO'\n" + inputs::to_yaml(changed)), std::string::npos) << command;
