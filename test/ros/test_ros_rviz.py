@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""sim.launch with RViz on a virtual display: the pictures are taken and show the train."""
+"""sim.launch with RViz on a virtual display of a common notebook: where on the picture the wreck is, and how large."""
 
 import io
 import os
@@ -10,6 +10,7 @@ import tempfile
 import time
 import unittest
 
+import numpy
 from PIL import Image
 import rospkg
 import rospy
@@ -20,36 +21,66 @@ import yaml
 from train_derail.srv import Step
 
 LIMIT = 150.0  # wall seconds for anything
-SIZE = (1600, 900)
-VIEW = (510, 80, 1580, 780)  # of the 3D view in the window: left, top, right, bottom
+SIZE = (1366, 768)
+# Parts of the 3D view that the overlay may take: src/rviz/framing.hpp
+TOP, BOTTOM = 0.14, 0.20
 
 
-def is_on_track(r, g, b):
-    return b > 90 and b > g + 15 and g > r + 10
-
-
-def is_derailed(r, g, b):
-    return r > 130 and r > b + 60 and g > b + 20  # orange or light yellow
+def extent(flags):
+    """The first and the last true one, or (0, 0)."""
+    places = numpy.flatnonzero(flags)
+    return (places[0], places[-1]) if len(places) else (0, 0)
 
 
 class Picture:
+    """A screenshot. Shares are of the 3D view's width and height, from its left and its top."""
 
     def __init__(self, display):
         png = subprocess.run(['import', '-display', display, '-window', 'root', 'png:-'], stdout=subprocess.PIPE,
                              timeout=LIMIT, check=True).stdout
         self.whole = Image.open(io.BytesIO(png)).convert('RGB')
-        view = self.whole.crop(VIEW)
-        self.colours = view.getcolors(view.size[0] * view.size[1])
+        left, top, right, bottom = self.find_view(numpy.asarray(self.whole).astype(int))
+        self.view = numpy.asarray(self.whole)[top:bottom, left:right].astype(int)
+        self.height, self.width = self.view.shape[:2]
 
-    def distinct(self):
-        return len(self.colours)
+    @staticmethod
+    def find_view(pixels):
+        """What has no line, upright or level, of the light grey of windows, around a place that is in the 3D view."""
+        height, width = pixels.shape[:2]
+        grey = (pixels.min(axis=2) > 225) & (pixels.max(axis=2) - pixels.min(axis=2) < 8)
+        x, y = int(0.75 * width), height // 2
+        columns = numpy.flatnonzero(grey[height // 4:3 * height // 4].mean(axis=0) > 0.9)
+        left = max(columns[columns < x], default=-1) + 1
+        right = min(columns[columns > x], default=width)
+        rows = numpy.flatnonzero(grey[:, left:right].mean(axis=1) > 0.9)
+        return left, max(rows[rows < y], default=-1) + 1, right, min(rows[rows > y], default=height)
 
-    def count(self, is_wanted):
-        return sum(n for n, colour in self.colours if is_wanted(*colour))
+    def of_hue(self, *names):
+        """Where cars of these colours are in the part of the view that is free of overlays, in light or in shade."""
+        r, g, b = (self.view[..., i] for i in range(3))
+        hues = {'blue': (b > 60) & (b > 1.25 * g) & (g > 1.6 * r),
+                'orange': (r > 80) & (g < 0.62 * r) & (g > 0.28 * r) & (b < 0.25 * r),
+                'yellow': (r > 80) & (g > 0.8 * r) & (g < 1.1 * r) & (b < 0.5 * r),
+                'purple': (r > 80) & (g < 0.75 * r) & (b > 1.15 * g) & (b < 0.95 * r)}
+        wanted = numpy.logical_or.reduce([hues[name] for name in names])
+        wanted[:int(TOP * self.height)] = False
+        wanted[int((1.0 - BOTTOM) * self.height):] = False
+        return wanted
 
-    def __str__(self):
-        return '%d colours, %d pixels of cars on the track, %d of derailed ones' % (
-            self.distinct(), self.count(is_on_track), self.count(is_derailed))
+    def box(self, *names):
+        """left, right, top, bottom of where cars of these colours are, as shares; columns with few of them do not count."""
+        found = self.of_hue(*names)
+        columns = found.sum(axis=0)
+        full = numpy.percentile(columns[columns > 0], 95) if columns.any() else 1
+        counted = columns > max(3, full / 4)
+        left, right = extent(counted)
+        top, bottom = extent((found & counted).sum(axis=1) > 2)
+        return left / self.width, right / self.width, top / self.height, bottom / self.height
+
+    def strip_is_there(self):
+        """White text on a dark plate, at the top of the view."""
+        strip = self.view[:int(TOP * self.height)]
+        return (strip.max(axis=2) < 70).mean() > 0.3 and (strip.min(axis=2) > 200).sum() > 300
 
 
 class RvizTest(unittest.TestCase):
@@ -63,6 +94,7 @@ class RvizTest(unittest.TestCase):
         cls.processes.append(server)
         cls.display = ':' + server.stdout.readline().strip()
         cls.environment = dict(os.environ, DISPLAY=cls.display, LIBGL_ALWAYS_SOFTWARE='1', QT_X11_NO_MITSHM='1')
+        cls.package = rospkg.RosPack().get_path('train_derail')
         cls.results = os.path.join(rospkg.get_test_results_dir(), 'train_derail')
         os.makedirs(cls.results, exist_ok=True)
 
@@ -82,49 +114,91 @@ class RvizTest(unittest.TestCase):
         self.processes.append(process)
         return process
 
-    def take_picture(self, name, is_good):
-        """The first good one; fails with the last one if there is none in time."""
+    def launch(self, config):
+        """sim.launch of a scenario, paused at its start."""
+        launch = self.start('roslaunch', 'train_derail', 'sim.launch', 'start_paused:=true', 'rate:=0',
+                            'config:=' + os.path.join(self.package, 'config', config))
+        self.addCleanup(self.end, launch)
+        rospy.wait_for_service('/train_derail/step', timeout=LIMIT)
+        return launch, rospy.ServiceProxy('/train_derail/step', Step)
+
+    def take_picture(self, name, complaint):
+        """The first one about which there is no complaint; fails with the last one's if there is none in time."""
         deadline = time.monotonic() + LIMIT
         while True:
             picture = Picture(self.display)
-            if is_good(picture) or time.monotonic() > deadline:
+            said = complaint(picture)
+            if not said or time.monotonic() > deadline:
                 picture.whole.save(os.path.join(self.results, name + '.png'))
-                self.assertTrue(is_good(picture), '%s: %s' % (name, picture))
+                self.assertFalse(said, '%s: %s' % (name, said))
                 return picture
 
-    def test_pictures_show_the_train(self):
-        launch = self.start('roslaunch', 'train_derail', 'sim.launch', 'start_paused:=true', 'rate:=0')
-        rospy.wait_for_service('/train_derail/step', timeout=LIMIT)
-        step = rospy.ServiceProxy('/train_derail/step', Step)
+    @staticmethod
+    def of_heap(*names):
+        """What is wrong with a picture of a heap of cars of these colours; nothing if nothing is."""
 
-        # At the start only the first car counts as derailed; the legend has a patch of either colour all the time.
-        start = self.take_picture('rviz_start', lambda p: p.count(is_on_track) > 2500 and p.distinct() > 30)
+        def complaint(picture):
+            left, right, top, bottom = picture.box(*names)
+            at = 'the heap is at %.2f to %.2f of the width, %.2f to %.2f of the height' % (left, right, top, bottom)
+            if right - left < 0.5:
+                return at + ': less than half of the width'
+            if left < 0.03 or right > 0.97:
+                return at + ': cut by an edge'
+            if not 1.0 / 3.0 < 0.5 * (left + right) < 2.0 / 3.0:
+                return at + ': not in the middle'
+            if top < TOP + 0.01 or bottom > 1.0 - BOTTOM - 0.01:
+                return at + ': below the overlay'
+            if not picture.strip_is_there():
+                return 'no text on a plate'
+            return None
 
-        self.assertTrue(step(seconds=6.0).success)
-        whole = self.take_picture(
-            'rviz_whole_train',
-            lambda p: p.count(is_derailed) > start.count(is_derailed) + 100 and p.count(is_on_track) > 2500)
+        return complaint
+
+    def test_a_straight_run(self):
+        launch, step = self.launch('mixed_train.yaml')
+        self.assertTrue(step(seconds=0.5).success)
+
+        def first_car(picture):
+            left, right, _, _ = picture.box('orange')
+            if not 0.08 < right - left < 0.5:
+                return 'the first car that has derailed is %.2f of the width' % (right - left)
+            if not 1.0 / 3.0 < 0.5 * (left + right) < 2.0 / 3.0:
+                return 'it is at %.2f to %.2f of the width' % (left, right)
+            return None if picture.strip_is_there() else 'no text on a plate'
+
+        self.take_picture('rviz_first_second', first_car)
+        while step(seconds=60.0).success:
+            pass  # to the end
+        self.take_picture('rviz_end', self.of_heap('orange'))
 
         rviz = [n for n in rosservice.get_service_list(include_nodes=False) if n.startswith('/rviz/')]
         self.assertTrue(rviz, 'sim.launch has started RViz as /rviz')
         subprocess.run(['rosnode', 'kill', '/rviz'], stdout=subprocess.DEVNULL, timeout=LIMIT, check=True)
-        self.take_picture('rviz_gone', lambda p: p.distinct() == 1)
+        self.take_picture('rviz_gone', lambda p: 'something' if len(p.whole.getcolors(1 << 20)) > 1 else None)
         self.assertIsNone(launch.poll(), 'closing RViz must not end the run')
-        self.assertTrue(step(ticks=1).success)
 
-        with open(os.path.join(rospkg.RosPack().get_path('train_derail'), 'rviz/train_derail.rviz'),
-                  encoding='utf-8') as f:
+        with open(os.path.join(self.package, 'rviz/train_derail.rviz'), encoding='utf-8') as f:
             config = yaml.safe_load(f)
         views = config['Visualization Manager']['Views']
-        views['Current'] = next(v for v in views['Saved'] if v['Name'] == 'pile-up')
+        views['Current'] = next(v for v in views['Saved'] if v['Name'] == 'pile-up from above')
         with tempfile.NamedTemporaryFile('w', suffix='.rviz', encoding='utf-8') as f:
             yaml.safe_dump(config, f)
             f.flush()
-            close = self.start('rviz', '-d', f.name)
+            above = self.start('rviz', '-d', f.name)
             # It joins a run that stands still: everything it shows is latched.
-            self.take_picture('rviz_pile_up', lambda p: p.count(is_derailed) > 5 * whole.count(is_derailed))
-            self.end(close)
-        self.end(launch)
+            self.take_picture('rviz_above', self.of_heap('orange'))
+            self.end(above)
+
+    def test_a_heap_in_a_curve(self):
+        _, step = self.launch('accidents/lac_megantic_2013.yaml')
+
+        def first_cars(picture):
+            share = picture.of_hue('blue').mean()
+            return None if share > 0.015 else 'the first cars are %.4f of the picture' % share
+
+        self.take_picture('rviz_curve_start', first_cars)
+        self.assertTrue(step(seconds=40.0).success)
+        self.take_picture('rviz_curve', self.of_heap('orange', 'yellow', 'purple'))
 
 
 if __name__ == '__main__':

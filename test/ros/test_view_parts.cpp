@@ -3,7 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/make_shared.hpp>
+
+#include <QGuiApplication>
+#include <QImage>
+
 #include "rviz/framing.hpp"
+#include "rviz/overlay_content.hpp"
+#include "rviz/overlay_painter.hpp"
 
 namespace train_derail::rviz_panel {
 namespace {
@@ -119,5 +126,215 @@ TEST_F(Framing, BetweenTwoBoxesTheHeadingGoesTheShortWay) {
   EXPECT_EQ(all.width, 4.0);
 }
 
+/// A run of four cars at some moment, as a panel's link knows it.
+class Overlay : public testing::Test {
+ protected:
+  Overlay() {
+    cars.run_id = outcome.run_id = inputs.run_id = info.run_id = couplers.run_id = pile_up.run_id = 3;
+    cars.time = outcome.stop_time = couplers.time = 4.86;
+    cars.cars.resize(4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      cars.cars[i].number = static_cast<std::uint32_t>(i + 1);
+      cars.cars[i].pose.position.x = 20.0 - 20.0 * static_cast<double>(i);
+    }
+    cars.cars[3].twist.linear.x = 10.0;
+    couplers.couplers.resize(3);
+    inputs.title = "A test";
+    inputs.on_track_law = "rails";
+    info.state = RunInfo::RUNNING;
+    pile_up.pose.position.x = 20.0;
+    pile_up.pose.orientation.w = 1.0;
+    pile_up.length = 100.0;
+    pile_up.width = 12.0;
+  }
+  NodeView view() const {
+    NodeView v;
+    v.present = true;
+    v.cars = boost::make_shared<CarStates>(cars);
+    v.couplers = boost::make_shared<CouplerForces>(couplers);
+    v.outcome = boost::make_shared<Outcome>(outcome);
+    v.inputs = boost::make_shared<Inputs>(inputs);
+    v.run_info = boost::make_shared<RunInfo>(info);
+    v.pile_up = boost::make_shared<PileUp>(pile_up);
+    return v;
+  }
+  std::vector<std::string> statements() const {
+    std::vector<std::string> all;
+    for (const Statement& s : make_strip(view()).statements) all.push_back(s.text);
+    return all;
+  }
+
+  CarStates cars;
+  CouplerForces couplers;
+  Outcome outcome;
+  Inputs inputs;
+  RunInfo info;
+  PileUp pile_up;
+};
+
+TEST_F(Overlay, BeforeAnythingHasHappenedItNamesNothingThatHasNot) {
+  const Strip strip = make_strip(view());
+  EXPECT_EQ(strip.title, "A test");
+  EXPECT_EQ(strip.run, "run 3 \u00b7 4.86 s");
+  EXPECT_EQ(strip.state, "");
+  EXPECT_EQ(statements(), (std::vector<std::string>{"derailed 0 of 4", "last car at 22.4 mph (10.00 m/s)"}));
+  EXPECT_TRUE(make_strip(NodeView()).run.empty());
+  EXPECT_TRUE(entries_now(NodeView()).empty());
+  EXPECT_TRUE(make_map(NodeView()).cars.empty());
+}
+
+TEST_F(Overlay, SaysWhatTheRunHasComeTo) {
+  cars.cars[0].derailed = cars.cars[1].derailed = true;
+  couplers.couplers[1].broken = true;
+  outcome.impacts = 31;
+  outcome.touches = 5;
+  outcome.coupler_draft_peak = 1.0e6;
+  outcome.coupler_draft_peak_coupler = 2;
+  outcome.coupler_buff_peak = 2.0e6;
+  outcome.coupler_buff_peak_coupler = 3;
+  outcome.closing_speed_max = 8.0;
+  outcome.closing_car_a = 1;
+  outcome.closing_car_b = 2;
+  EXPECT_EQ(statements(),
+            (std::vector<std::string>{"derailed 2 of 4", "last car at 22.4 mph (10.00 m/s)", "1 coupler broken",
+                                      "31 impacts", "peak force 450 kip (2000 kN), buff, coupler 3",
+                                      "fastest closing 17.9 mph (8.00 m/s), cars 1 and 2"}));
+  EXPECT_TRUE(make_strip(view()).statements.front().strong);
+  // The stream has shown a larger one since the last outcome.
+  NodeView later = view();
+  later.forces.run_id = 3;
+  later.forces.time = 4.86;
+  later.forces.buff_peak = {0.0, 0.0, 0.0};
+  later.forces.draft_peak = {3.0e6, 0.0, 0.0};
+  EXPECT_EQ(make_strip(later).statements[4].text, "peak force 674 kip (3000 kN), draft, coupler 1");
+}
+
+TEST_F(Overlay, WhatComesLaterThanTheMomentShownIsNotNamed) {
+  info.state = RunInfo::ENDED;
+  outcome.ended = Outcome::AT_REST;
+  outcome.stop_time = 18.0;
+  outcome.impacts = 31;
+  outcome.touches = 5;
+  outcome.coupler_buff_peak = 2.0e6;
+  outcome.coupler_buff_peak_coupler = 1;
+  outcome.coupler_buff_peak_time = 7.0;
+  outcome.closing_speed_max = 8.0;
+  outcome.closing_time = 9.0;
+  EXPECT_EQ(make_strip(view()).state, "looking back");
+  EXPECT_EQ(statements().size(), 2U);
+  cars.time = 18.0;
+  EXPECT_EQ(make_strip(view()).state, "ended: all cars at rest");
+  EXPECT_EQ(statements().size(), 5U);
+  outcome.ended = Outcome::TIME_MAX;
+  EXPECT_EQ(make_strip(view()).state, "ended: time limit reached");
+  info.state = RunInfo::PAUSED;
+  EXPECT_EQ(make_strip(view()).state, "paused");
+  info.state = RunInfo::FAILED;
+  info.message = "a step of 1e-12 s";
+  EXPECT_EQ(make_strip(view()).state, "computing failed: a step of 1e-12 s");
+  // Of another run
+  outcome.run_id = 2;
+  EXPECT_EQ(statements().size(), 2U);
+}
+
+TEST_F(Overlay, TheLegendHasWhatIsInUse) {
+  using ros_face::Look;
+  cars.cars[0].cause = CarState::POD;
+  cars.cars[1].cause = CarState::TORN_TRACK;
+  couplers.couplers[0].broken = true;
+  couplers.couplers[0].axial_force = 9.0e6;  // carries nothing
+  couplers.couplers[1].axial_force = -300.0e3;
+  couplers.couplers[2].axial_force = 1.0e3;
+  const Entries entries = entries_now(view());
+  EXPECT_TRUE(entries.has(Look::on_track) && entries.has(Look::at_point) && entries.has(Look::by_torn_track));
+  EXPECT_FALSE(entries.has(Look::by_lateral) || entries.has(Look::past_point) || entries.has(Look::off_track));
+  EXPECT_TRUE(entries.has_broken());
+  EXPECT_FALSE(entries.has_impact());
+  for (int k = -ros_face::kForceClasses; k <= ros_face::kForceClasses; ++k) EXPECT_EQ(entries.has_force(k), k == -1);
+  EXPECT_EQ(force_limit(0), (std::pair<std::string, std::string>("50", "222")));
+  EXPECT_EQ(force_limit(4), (std::pair<std::string, std::string>("2000", "8896")));
+  inputs.on_track_law = "isotropic";
+  cars.cars[0].past_pod = true;
+  EXPECT_TRUE(entries_now(view()).has(Look::past_point));
+  EXPECT_FALSE(entries_now(view()).has(Look::at_point));
+}
+
+TEST_F(Overlay, AnEntryStaysForAWhileAndGoesWithItsRun) {
+  Entries push, pull;
+  push.add_force(2);
+  pull.add_force(-3);
+  Legend legend;
+  legend.use(push, 1, 10.0);
+  legend.use(pull, 1, 11.0);
+  EXPECT_TRUE(legend.entries().has_force(2) && legend.entries().has_force(-3));
+  legend.use(pull, 1, 13.0);
+  EXPECT_TRUE(!legend.entries().has_force(2) && legend.entries().has_force(-3));
+  legend.use(push, 2, 13.1);
+  EXPECT_TRUE(legend.entries().has_force(2) && !legend.entries().has_force(-3));
+}
+
+TEST_F(Overlay, TheMapIsAlongTheTrain) {
+  // A train that heads along +y
+  for (CarState& car : cars.cars) {
+    car.pose.position.y = car.pose.position.x + 5.0;
+    car.pose.position.x = 0.0;
+    car.theta = M_PI_2;
+  }
+  const TrainMap map = make_map(view());
+  ASSERT_EQ(map.cars.size(), 4U);
+  EXPECT_NEAR(map.cars[0].x - map.cars[3].x, 60.0, 1e-9);
+  EXPECT_NEAR(map.cars[0].y, 0.0, 1e-9);
+  EXPECT_NEAR(map.cars[0].heading, 0.0, 1e-9);
+  EXPECT_NEAR(map.cars[0].x - map.point_x, 25.0, 1e-9);
+  EXPECT_NEAR(map.heap_turn, -M_PI_2, 1e-9);
+  EXPECT_EQ(map.heap_length, 100.0);
+  EXPECT_NEAR(map.right - map.left, 60.0 + 2.0 * kMapHalfCar, 1e-9);
+  EXPECT_TRUE(map == make_map(view()));
+  cars.cars[2].pose.position.x = 1.0;
+  EXPECT_FALSE(map == make_map(view()));
+  EXPECT_EQ(scale_bar(700.0).text, "2000 ft (610 m)");
+  EXPECT_EQ(scale_bar(160.0).text, "500 ft (152 m)");
+  EXPECT_NEAR(scale_bar(160.0).length, 152.4, 1e-9);
+  EXPECT_EQ(scale_bar(1.0).text, "100 ft (30 m)");
+}
+
+TEST_F(Overlay, PlatesStayWithinTheirSpace) {
+  Strip strip = make_strip(view());
+  strip.title = std::string(400, 'x');
+  strip.statements.resize(30, {"something of some length", false});
+  Entries all;
+  for (std::size_t i = 0; i < ros_face::kLooks; ++i) all.add(static_cast<ros_face::Look>(i));
+  for (int k = -ros_face::kForceClasses; k <= ros_face::kForceClasses; ++k) all.add_force(k);
+  all.add_broken();
+  all.add_impact();
+  for (const auto& [width, height] : {std::pair(640, 480), std::pair(838, 676), std::pair(3400, 2000)}) {
+    const double text = text_height(height, 1.0);
+    EXPECT_GE(text, 13.0);
+    const Space top{width, static_cast<int>(0.9 * kMargins.top * height), text};
+    const Space left{static_cast<int>(0.6 * width), static_cast<int>(0.9 * kMargins.bottom * height), text};
+    const Space right{static_cast<int>(0.38 * width), left.height, text};
+    const std::pair<QImage, Space> plates[] = {
+        {paint_strip(strip, top), top}, {paint_legend(all, left), left}, {paint_map(make_map(view()), right), right}};
+    for (const auto& [image, space] : plates) {
+      ASSERT_FALSE(image.isNull());
+      EXPECT_LE(image.width(), space.width + 1);
+      EXPECT_LE(image.height(), space.height + 1);
+    }
+  }
+  EXPECT_GT(text_height(2000, 1.0), 35.0);
+  EXPECT_EQ(text_height(600, 2.0), 26.0);
+  EXPECT_TRUE(paint_strip(Strip(), {800, 80, 13.0}).isNull());
+  EXPECT_TRUE(paint_legend(Entries(), {800, 80, 13.0}).isNull());
+  EXPECT_TRUE(paint_map(TrainMap(), {800, 80, 13.0}).isNull());
+}
+
 }  // namespace
 }  // namespace train_derail::rviz_panel
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  // Fonts want an application; it needs no screen.
+  qputenv("QT_QPA_PLATFORM", "offscreen");
+  const QGuiApplication application(argc, argv);
+  return RUN_ALL_TESTS();
+}
