@@ -38,11 +38,11 @@ struct ShowFacts {
 
 /// In the order of Show.
 inline constexpr std::array<ShowFacts, kShows> kShowFacts{
-    {{"wreck", "Wreck", "the heap of cars, aslant", {-1.75, 0.62}},
+    {{"wreck", "Wreck", "the heap of cars, aslant", {-1.75, 0.75}},
      {"whole train", "Train", "the whole train from above", {-M_PI_2, M_PI_2}},
      {"pile-up from above", "Above", "the heap of cars from above", {-M_PI_2, M_PI_2}},
-     {"along the track", "Along", "the heap of cars, from ahead along the track", {0.30, 0.35}},
-     {"car", "Car", "one car, which the view follows", {-1.75, 0.50}}}};
+     {"along the track", "Along", "the heap of cars, from ahead along the track", {0.30, 0.45}},
+     {"car", "Car", "one car, which the view follows", {-1.75, 0.65}}}};
 
 /// Keeps what it shows inside the part of the picture that the overlay leaves free, and as large as that allows, while
 /// the heap grows and the train moves; smoothly, but for another run or another thing to show. The mouse turns it
