@@ -42,8 +42,9 @@ TEST_P(Peaks, OfMessagesAreThoseOfTheRun) {
       EXPECT_GE(b.buff_peak, b.axial_force);
       EXPECT_GE(b.draft_peak, -b.axial_force);
       EXPECT_LE(b.buff_peak_time, now.time);
-      if (b.buff_peak > 0.0)
+      if (b.buff_peak > 0.0) {
         EXPECT_GE(b.buff_peak_time, last - 0.01);  // of a step that had begun before the last message
+      }
       buff = std::max(buff, b.buff_peak);
       draft = std::max(draft, b.draft_peak);
       sampled = std::max(sampled, std::abs(b.axial_force));
@@ -66,7 +67,9 @@ TEST_P(Peaks, ComeFromTheLastAdvanceAlone) {
   parts.run();
   const double end = parts.time();
   for (const auto& b : parts.snapshot().couplers) {
-    if (b.buff_peak > 0.0) EXPECT_GE(b.buff_peak_time, 0.5 * end - 0.01);
+    if (b.buff_peak > 0.0) {
+      EXPECT_GE(b.buff_peak_time, 0.5 * end - 0.01);
+    }
   }
 }
 
