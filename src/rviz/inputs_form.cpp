@@ -144,7 +144,7 @@ void InputsForm::on_typed(Row& row, const QString& text) {
 /// `complete`: he has left the field, so that its text may be completed by the unit.
 void InputsForm::check(Row& row, bool complete) {
   row.error.clear();
-  if (tree_.IsNull()) return;
+  if (tree_.IsNull() || !unreadable_.isEmpty()) return;  // what is known of an earlier run says nothing of this one
   const CheckedInput checked = check_input(tree_, table_, row.key, row.typed);
   row.error = QString::fromStdString(checked.error);
   row.differs = !checked.as_before;

@@ -96,6 +96,7 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   message_->setTextFormat(Qt::PlainText);
   message_->setWordWrap(true);
   message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  message_->setMinimumWidth(1);  // such a label asks for its longest line at times
   message_->hide();
   live->addWidget(message_);
   inputs_section_ = add_section("inputs", tr("Inputs"), make_inputs_box());

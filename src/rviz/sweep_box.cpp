@@ -165,6 +165,7 @@ SweepBox::SweepBox(QWidget* parent) : QWidget(parent) {
   message_->setTextFormat(Qt::PlainText);
   message_->setWordWrap(true);
   message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  message_->setMinimumWidth(1);  // such a label asks for its longest line at times
   message_->hide();
   grid->addWidget(message_, 3, 0, 1, 3);
   outcome_ = new QComboBox(this);
