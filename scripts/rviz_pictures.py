@@ -24,8 +24,8 @@ PICTURES = [
     ('pile_up_above.png', 'config/accident.yaml', 25.0, 'pile-up from above', True),
     ('panel.png', 'config/mixed_train.yaml', 8.5, 'whole train', False),
 ]
-SIZE = (1600, 900)
-SCENE = '1280x720+160+70'  # of a window of that size without its panel
+SIZE = (1366, 768)
+SCENE = '1334x676+16+62'  # of a window of that size without its panel
 LIMIT = 120.0  # wall seconds for anything
 
 

@@ -74,6 +74,10 @@ void add_tank(CarShape& shape, double f, double w) {
   constexpr int kSides = 10;                   // the two lowest are left out
   const double middle = 0.5 * (kTop + kDeckHeight), radius = 0.5 * (kTop - kDeckHeight);
   const double end = 0.92 * f, shoulder = end - std::min(0.7, 0.2 * f);
+  // Marks lie on the top of the shell.
+  shape.top = kTop + 0.03;
+  shape.top_half_width = 0.5 * w;
+  shape.top_end = shoulder;
   const auto ring = [&](double x, double share, int i) {
     const double angle = 2.0 * kPi * (i - 0.25 * kSides + 1.0) / kSides;  // from just right of the keel, upwards
     return make_point(x, share * 0.96 * w * std::cos(angle), middle + share * radius * std::sin(angle));
@@ -157,6 +161,9 @@ void add_boxcar(CarShape& shape, double f, double w) {
 /// Short nose, cab as wide as the car, long hood with fans on it; the nose leads.
 void add_locomotive(CarShape& shape, double f, double w) {
   const double hood = 0.62 * w;
+  shape.top = kRoofHeight - 0.26;
+  shape.top_half_width = hood;
+  shape.top_end = 0.94 * f;
   add_plate(shape.dark, -f, f, w, kDeckHeight + 0.2);
   add_box(shape.body, -0.94 * f, 0.56 * f, hood, kDeckHeight, kRoofHeight - 0.3);
   add_box(shape.body, 0.56 * f, 0.80 * f, 0.98 * w, kDeckHeight, kRoofHeight);
@@ -184,6 +191,9 @@ void add_quad(Points& points, const Point& a, const Point& b, const Point& c, co
 CarShape car_shape(const model::Car& car) {
   const double f = 0.5 * car.length, w = 0.5 * car.width;
   CarShape shape;
+  shape.top = kRoofHeight + 0.03;
+  shape.top_half_width = w;
+  shape.top_end = f;
   if (car.body == "tank_car") {
     add_tank(shape, f, w);
   } else if (car.body == "hopper") {

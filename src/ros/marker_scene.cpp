@@ -111,7 +111,8 @@ visualization_msgs::Marker MarkerScene::parts(std::size_t car) const {
   const Shown& shown = now_[car];
   Marker m = make_triangles(frames_.car(static_cast<int>(car) + 1), kParts, static_cast<int>(car) + 1, kInk);
   m.points = shapes_[car].dark;
-  const double half = 0.5 * cars_[car].length, width = 0.5 * cars_[car].width, z = kRoofHeight + 0.05;
+  const CarShape& shape = shapes_[car];
+  const double half = shape.top_end, width = shape.top_half_width, z = shape.top + 0.02;
   const int bars = facts_of(shown.look).bars;
   for (int i = 0; i < bars; ++i) {
     const double x = 0.5 * half + kBarSpacing * (i - 0.5 * (bars - 1));
@@ -119,9 +120,9 @@ visualization_msgs::Marker MarkerScene::parts(std::size_t car) const {
       add_rectangle(m.points, side * x - 0.5 * kBarWidth, side * x + 0.5 * kBarWidth, width, z);
     }
   }
-  // A black end to the roof with a gap before it.
-  if (shown.front_broken) add_rectangle(m.points, 0.86 * half, half, width, z);
-  if (shown.rear_broken) add_rectangle(m.points, -half, -0.86 * half, width, z);
+  // The end of the roof is black.
+  if (shown.front_broken) add_rectangle(m.points, 0.88 * half, half, width, z);
+  if (shown.rear_broken) add_rectangle(m.points, -half, -0.88 * half, width, z);
   m.pose.position.z = kLayerStep * static_cast<double>(car % kLayers);
   m.frame_locked = 1;
   return m;

@@ -16,8 +16,11 @@ using Points = std::vector<geometry_msgs::Point>;
 
 /// Points of one car's picture.
 struct CarShape {
-  Points body;  ///< triangles in the colour of the car's state; corners counter-clockwise as seen from outside
-  Points dark;  ///< triangles of trucks, underframe, doors, openings and outlines
+  Points body;       ///< triangles in the colour of the car's state; corners counter-clockwise as seen from outside
+  Points dark;       ///< triangles of trucks, underframe, doors, openings and outlines
+  double top = 0.0;  ///< height at which marks lie on the body [m]
+  double top_half_width = 0.0;  ///< how wide they may be, to either side [m]
+  double top_end = 0.0;         ///< how far from the middle they may be [m]
 };
 
 /// Height of the top of every body above the rail head [m].
