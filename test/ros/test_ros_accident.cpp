@@ -143,8 +143,19 @@ TEST_F(Accident, BrokenCouplersAreMarkedAndCarryNothing) {
   EXPECT_EQ(broken, expected);
   EXPECT_EQ(outcome->last().couplers_broken, expected.size());
 
+  // The last changes may still be under way.
   Shown shown;
-  for (const auto& array : markers->messages) shown.receive(array);
+  const auto all_there = [&] {
+    shown = {};
+    for (const auto& array : markers->messages) shown.receive(array);
+    return std::all_of(cars->last().cars.begin(), cars->last().cars.end(), [&](const CarState& car) {
+      const ros_face::Look look =
+          ros_face::look_of(true, car.past_pod != 0, car.off_track != 0, static_cast<model::Cause>(car.cause));
+      const visualization_msgs::Marker* body = shown.find("cars", static_cast<int>(car.number));
+      return body != nullptr && std::abs(body->color.r - ros_face::facts_of(look).colour.r / 255.0) < 1e-6;
+    });
+  };
+  EXPECT_TRUE(wait_for(all_there));
   for (std::size_t i = 0; i < couplers->last().couplers.size(); ++i) {
     if (!couplers->last().couplers[i].broken) continue;
     EXPECT_FALSE(shown.find("couplers_rear", static_cast<int>(i) + 1)) << i;
