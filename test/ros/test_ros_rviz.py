@@ -133,10 +133,18 @@ class RvizTest(unittest.TestCase):
 
     def take_picture(self, name, complaint):
         """The first one about which there is no complaint; fails with the last one's if there is none in time."""
-        deadline = time.monotonic() + LIMIT
+        begin = time.monotonic()
+        deadline = begin + LIMIT
+        again = False
         while True:
             picture = Picture(self.display)
             said = complaint(picture)
+            # RViz under software OpenGL now and then ends by a signal as it starts. Once that is forgiven.
+            if said and not again and time.monotonic() > begin + 0.25 * LIMIT and len(picture.whole.getcolors(1 << 20) or []) == 1:
+                again = True
+                deadline = time.monotonic() + LIMIT
+                print(name + ': there is no RViz; it is started once more')
+                self.addCleanup(self.end, self.start('rviz', '-d', os.path.join(self.package, 'rviz/train_derail.rviz')))
             if not said or time.monotonic() > deadline:
                 picture.whole.save(os.path.join(self.results, name + '.png'))
                 self.assertFalse(said, '%s: %s' % (name, said))
