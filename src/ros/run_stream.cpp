@@ -83,7 +83,7 @@ void RunStream::show(const RunView& run, const simulation::Snapshot& moment, con
   // A camera that sits on the heap jumps with the time.
   pile_up_ = PileUpFollower();
   send_moment(run);
-  send_markers(true);
+  if (options_.markers_every > 0) send_markers(true);
   send<OutcomeTopic>(to_message(outcome, header(), run_id_));
 }
 

@@ -27,6 +27,23 @@ inline void set_text_color(QWidget* widget, const QColor& color) {
 /// What stands beside the main thing: the SI value, an explanation.
 inline void make_secondary(QLabel* label) { set_text_color(label, quiet_color()); }
 
+/// Lets a label that wraps its text be narrow: one whose text can be selected asks for its longest line at times.
+inline void let_wrap(QLabel* label) {
+  label->setWordWrap(true);
+  label->setMinimumWidth(1);
+}
+
+/// A line for what is said now and then, hidden until then.
+inline QLabel* make_message(const QString& name, QWidget* parent) {
+  auto* label = new QLabel(parent);
+  label->setObjectName(name);
+  label->setTextFormat(Qt::PlainText);
+  label->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  let_wrap(label);
+  label->hide();
+  return label;
+}
+
 inline void mark_wrong(QWidget* editor, bool wrong) {
   QPalette palette;  // the application's
   if (wrong) {

@@ -65,9 +65,6 @@ QString shares(const outcome::Outcome& o) {
   return all.join(", ");
 }
 
-/// A label whose text can be selected asks for the width of its longest line at times, wrapped or not.
-void let_wrap(QLabel* label) { label->setMinimumWidth(1); }
-
 }  // namespace
 
 OutcomeTable::OutcomeTable(QWidget* parent)
@@ -81,7 +78,6 @@ OutcomeTable::OutcomeTable(QWidget* parent)
   grid_->setVerticalSpacing(0);
   grid_->setColumnStretch(0, 1);
   warnings_->setObjectName("outcome:warnings");
-  warnings_->setWordWrap(true);
   let_wrap(warnings_);
   warnings_->setTextFormat(Qt::PlainText);
   warnings_->setTextInteractionFlags(Qt::TextSelectableByMouse);
@@ -117,7 +113,7 @@ OutcomeTable::Row OutcomeTable::add_row(std::string_view name, std::string_view 
   for (QLabel* label : {row.title, row.value}) label->setToolTip(row.meaning);
   for (QLabel* label : {row.value, row.si, row.before, row.note})
     label->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  for (QLabel* label : {row.title, row.note}) label->setWordWrap(true);
+  row.title->setWordWrap(true);
   let_wrap(row.note);
   row.note->setIndent(12);
   for (QLabel* label : {row.si, row.before, row.note}) make_secondary(label);

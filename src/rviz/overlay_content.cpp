@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "train_derail/fields/units.hpp"
+#include "train_derail/outcome/outcome.hpp"
 
 namespace train_derail::rviz_panel {
 
@@ -17,8 +18,7 @@ namespace {
 
 /// Wall seconds for which an entry of the legend stays after its last use.
 constexpr double kEntryHold = 2.0;
-/// Outcomes come once a simulated second; one that is later than this after what is shown belongs to another moment
-/// [s].
+/// An outcome that is later than this after what is shown belongs to another moment [s].
 constexpr double kSameMoment = 0.05;
 
 std::string both(double value, const fields::Unit& unit) {
@@ -46,9 +46,8 @@ std::string state_text(const NodeView& view) {
   }
   const Outcome* o = outcome_of(view);
   if (o != nullptr && o->stop_time > view.cars->time + kSameMoment) return "looking back";
-  if (o != nullptr && o->ended == Outcome::AT_REST) return "ended: all cars at rest";
-  if (o != nullptr && o->ended == Outcome::TIME_MAX) return "ended: time limit reached";
-  return "ended";
+  if (o == nullptr || o->ended == Outcome::RUNNING || o->ended >= outcome::kEndedTexts.size()) return "ended";
+  return "ended: " + std::string(outcome::kEndedTexts[o->ended]);
 }
 
 /// A peak that there has been.
@@ -73,8 +72,9 @@ Peak peak_of(const NodeView& view) {
     if (o->coupler_buff_peak_time <= now) peak.take(o->coupler_buff_peak, o->coupler_buff_peak_coupler, true);
     if (o->coupler_draft_peak_time <= now) peak.take(o->coupler_draft_peak, o->coupler_draft_peak_coupler, false);
   }
-  // Outcomes come seldom.
-  if (view.forces.run_id == run && view.forces.time <= now) {
+  // Forces come more often than outcomes. Their peaks are those of the run so far, not of a moment that is shown again.
+  const bool looks_back = !view.forces.history.empty() && view.forces.history.back().time > now;
+  if (view.forces.run_id == run && view.forces.time <= now && !looks_back) {
     peak.take(view.forces.buff_peak, true);
     peak.take(view.forces.draft_peak, false);
   }

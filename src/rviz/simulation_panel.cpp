@@ -91,13 +91,7 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   live_ = new QWidget(content);
   auto* live = make_column(live_);
   live->addWidget(make_run_box());
-  message_ = new QLabel(live_);
-  message_->setObjectName("message");
-  message_->setTextFormat(Qt::PlainText);
-  message_->setWordWrap(true);
-  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  message_->setMinimumWidth(1);  // such a label asks for its longest line at times
-  message_->hide();
+  message_ = make_message("message", live_);
   live->addWidget(message_);
   inputs_section_ = add_section("inputs", tr("Inputs"), make_inputs_box());
   sweep_section_ = add_section("sweep", tr("Sweep over one input"), make_sweep_box());

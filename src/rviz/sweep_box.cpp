@@ -160,13 +160,7 @@ SweepBox::SweepBox(QWidget* parent) : QWidget(parent) {
   progress_->setObjectName("sweep:progress");
   progress_->hide();
   grid->addWidget(progress_, 2, 0, 1, 3);
-  message_ = new QLabel(this);
-  message_->setObjectName("sweep:message");
-  message_->setTextFormat(Qt::PlainText);
-  message_->setWordWrap(true);
-  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  message_->setMinimumWidth(1);  // such a label asks for its longest line at times
-  message_->hide();
+  message_ = make_message("sweep:message", this);
   grid->addWidget(message_, 3, 0, 1, 3);
   outcome_ = new QComboBox(this);
   outcome_->setObjectName("sweep:outcome");

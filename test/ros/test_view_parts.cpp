@@ -207,6 +207,8 @@ TEST_F(Overlay, SaysWhatTheRunHasComeTo) {
   later.forces.buff_peak = {0.0, 0.0, 0.0};
   later.forces.draft_peak = {3.0e6, 0.0, 0.0};
   EXPECT_EQ(make_strip(later).statements[4].text, "peak force 674 kip (3000 kN), draft, coupler 1");
+  later.forces.history = {{8.0, 0.0, 3.0e6}};  // the run has gone on to there: an earlier moment is shown again
+  EXPECT_EQ(make_strip(later).statements[4].text, "peak force 450 kip (2000 kN), buff, coupler 3");
 }
 
 TEST_F(Overlay, WhatComesLaterThanTheMomentShownIsNotNamed) {
