@@ -6,12 +6,6 @@
 
 namespace train_derail::fields {
 
-double number(const Value& value) {
-  if (const auto* count = std::get_if<std::int64_t>(&value)) return static_cast<double>(*count);
-  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1.0 : 0.0;
-  return std::get<double>(value);
-}
-
 std::string text(const Value& value, const std::vector<std::string_view>& names) {
   if (const auto* count = std::get_if<std::int64_t>(&value)) {
     return names.empty() ? fmt::format("{}", *count) : std::string(names.at(static_cast<std::size_t>(*count)));

@@ -341,7 +341,7 @@ const std::vector<Quantity>& quantities() {
       if (!field.compared) continue;
       const auto& unit = field.unit;
       some.push_back({field.name, unit.si, unit.shown.empty() && unit.si != "1" ? unit.si : unit.shown, unit.per_shown,
-                      field.title, [get = field.get](const Outcome& o) { return number(get(o)); }});
+                      field.title, field.number});
     }
     return some;
   }();

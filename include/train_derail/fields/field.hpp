@@ -41,6 +41,8 @@ struct Field {
   std::vector<std::string_view> words;  ///< for a choice: what tables print for its values by index; empty: the names
 
   std::function<Value(const Record&)> get;  ///< reads the value from a record
+  /// Reads the value as a number, a flag as 0 or 1, without the detour by a Value; empty for texts.
+  std::function<double(const Record&)> number;
   std::function<void(Record&, const Value&)>
       set;  ///< writes it to a record; empty if the value is computed from others
 
@@ -100,7 +102,7 @@ class Fields {
                      const Access& access) {
     using Member = std::remove_const_t<std::remove_reference_t<decltype(access(std::declval<Record&>()))>>;
     Field<Record>& field = entry(name, unit, title, meaning);
-    field.get = [access](const Record& r) -> Value { return to_value(access(r)); };
+    reads(field, access);
     field.set = [access](Record& r, const Value& v) { access(r) = from_value<Member>(v); };
     return field;
   }
@@ -109,7 +111,7 @@ class Fields {
   Field<Record>& derive(std::string_view name, const Unit& unit, std::string_view title, std::string_view meaning,
                         const Compute& compute) {
     Field<Record>& field = entry(name, unit, title, meaning);
-    field.get = [compute](const Record& r) -> Value { return to_value(compute(r)); };
+    reads(field, compute);
     return field;
   }
 
@@ -135,6 +137,13 @@ class Fields {
     field.meaning = meaning;
     return field;
   }
+  template <class Read>
+  static void reads(Field<Record>& field, const Read& read) {
+    field.get = [read](const Record& r) -> Value { return to_value(read(r)); };
+    using Member = std::decay_t<decltype(read(std::declval<const Record&>()))>;
+    if constexpr (std::is_arithmetic_v<Member> || std::is_enum_v<Member>)
+      field.number = [read](const Record& r) { return static_cast<double>(read(r)); };
+  }
   template <class T>
   static Value to_value(const T& member) {
     if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, double> || std::is_same_v<T, std::string> ||
@@ -156,8 +165,6 @@ class Fields {
   std::vector<Field<Record>> all_;
 };
 
-/// Returns a value as a number; a flag gives 0 or 1. Must not be called for texts (throws std::bad_variant_access).
-double number(const Value& value);
 /// Returns a value as text for CSV: numbers with all their digits, flags as 0 and 1, a choice by its name, several
 /// lines joined by "; ".
 std::string text(const Value& value, const std::vector<std::string_view>& names);

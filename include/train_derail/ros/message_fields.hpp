@@ -63,15 +63,11 @@ std::vector<const fields::Field<Record>*> match(const fields::Fields<Record>& al
   return matched;
 }
 
-inline bool assign(double& to, const fields::Value& from) { return to = fields::number(from), true; }
-inline bool assign(std::string& to, const fields::Value& from) { return to = std::get<std::string>(from), true; }
-inline bool assign(std::vector<std::string>& to, const fields::Value& from) {
-  return to = std::get<std::vector<std::string>>(from), true;
-}
-template <class T>
-bool assign(T& to, const fields::Value& from) {
-  if constexpr (std::is_integral_v<T>) return to = static_cast<T>(fields::number(from)), true;
-  else return false;
+/// Sets a field of a message to what `entry` reads from the record; leaves nested messages alone.
+template <class T, class Record>
+void assign(T& to, const fields::Field<Record>& entry, const Record& from) {
+  if constexpr (std::is_arithmetic_v<T>) to = static_cast<T>(entry.number(from));
+  else if constexpr (std::is_constructible_v<fields::Value, T>) to = std::get<T>(entry.get(from));
 }
 
 inline fields::Value value_of(double field, const fields::Value&) { return field; }
@@ -94,7 +90,7 @@ template <class Message, class Record>
 void fill(Message& message, const fields::Fields<Record>& all, const Record& record) {
   static const auto matched = detail::match<Message>(all);
   detail::walk(message, [&](std::size_t i, auto& field) {
-    if (matched[i] != nullptr) detail::assign(field, matched[i]->get(record));
+    if (matched[i] != nullptr) detail::assign(field, *matched[i], record);
   });
 }
 
