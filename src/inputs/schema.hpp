@@ -73,8 +73,10 @@ inline constexpr std::array<Names<Method>, 4> kMethods{{{"cash_karp", Method::ca
                                                         {"dormand_prince", Method::dormand_prince},
                                                         {"bdf", Method::bdf},
                                                         {"semi_implicit", Method::semi_implicit}}};
-inline constexpr std::array<Names<Model>, 3> kModels{
-    {{"by_parts", Model::by_parts}, {"paper", Model::paper}, {"extended", Model::extended}}};
+inline constexpr std::array<Names<Model>, 4> kModels{{{"by_parts", Model::by_parts},
+                                                     {"paper", Model::paper},
+                                                     {"extended", Model::extended},
+                                                     {"spatial", Model::spatial}}};
 inline constexpr std::array<Names<OffTrackLaw>, 2> kOffTrackLaws{
     {{"coulomb", OffTrackLaw::coulomb}, {"by_slip", OffTrackLaw::by_slip}}};
 inline constexpr std::array<Names<BrakeLaw>, 2> kBrakeLaws{{{"friction", BrakeLaw::friction}, {"air", BrakeLaw::air}}};
@@ -177,6 +179,7 @@ inline constexpr When kSlipGround{[](const Scenario& s) { return s.ground.off_tr
                                   "ground.off_track_law: by_slip"};
 inline constexpr When kContact{[](const Scenario& s) { return s.contact.law == ContactLaw::elastic; },
                                "contact.law: elastic"};
+inline constexpr When kSpatial{[](const Scenario& s) { return s.model == Model::spatial; }, "model: spatial"};
 inline constexpr When kDraftGear{[](const Scenario& s) { return s.coupler.draft_gear_travel > 0.0; },
                                  "a coupler.draft_gear_travel above 0"};
 inline constexpr When kSwingStop{[](const Scenario& s) { return s.coupler.swing_stiffness > 0.0; },
@@ -225,6 +228,14 @@ void describe_block(V& v, C& c) {
            "I, about the vertical axis through the centre of mass; or give yaw_inertia_factor.");
   v.number("yaw_inertia_factor", c.yaw_inertia_factor, {"1", "", kYawInertiaFactors, kUsualYawInertiaFactors},
            "I / (M L^2) (0.093 if neither is given; a slender rod has 1/12).");
+  v.number("centre_height", c.centre_height, {"m", "in", between(0.1, 5), between(0.8, 2.6)},
+           {"Centre of mass above the rail; left out: by name and weight (docs/spatial_model.md).", &kSpatial});
+  v.number("floor_height", c.floor_height, {"m", "in", between(0.1, 4), between(0.3, 2)},
+           {"Underside of the body above the rail; left out: by name.", &kSpatial});
+  v.number("roof_height", c.roof_height, {"m", "ft", between(0.5, 10), between(1.5, 6.5)},
+           {"Top of the body above the rail; left out: by name.", &kSpatial});
+  v.number("roll_inertia", c.roll_inertia, {"kg m2", "lb ft2", between(1, 1e9), between(1e4, 1e6)},
+           {"About the axis along the car; left out: of a box, for tank_car of a cylinder.", &kSpatial});
   v.number("brake_share", c.brake_share, {"1", "", between(0, 10), between(0, 3)},
            {"Share of brakes.force that these cars develop; 0: cut out.", &kAirBrakes});
   v.choice("brake_source", c.brake_source, kBrakeSources,
@@ -260,6 +271,21 @@ void describe_coupler(V& v, C& c) {
   v.number("break_moment", c.break_moment,
            {"N m", "lbf ft", between_or_infinite(1, 1e12), between_or_infinite(1e4, 1e8)},
            "Sum of the end moments at which the coupler breaks.");
+  v.number("height", c.height, {"m", "in", between(0.1, 3), between(0.6, 1.2)}, {"Pins above the rail.", &kSpatial});
+  v.number("pitch_limit", c.pitch_limit, {"rad", "deg", between(0, 1.5), between(0.02, 0.6)},
+           {"Swing up and down at which the vertical stop begins: type E with shelves and F 6-7 deg.", &kSpatial});
+  v.number("pitch_stiffness", c.pitch_stiffness, {"N m/rad", "lbf ft/rad", between(0, 1e12), between(0, 1e9)},
+           {"Stiffness of the vertical stop.", &kSpatial});
+  v.number("slip_height", c.slip_height, {"m", "in", between_or_infinite(0.01, 5), between_or_infinite(0.1, 1)},
+           {"Pins that far apart in height let go; type E without shelves 0.25 m.", &kSpatial});
+  v.number("vertical_hold", c.vertical_hold, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(1e5, 5e6)},
+           {"Vertical force at which the coupler breaks; shelves hold 200 kip (49 CFR 179.14).", &kSpatial});
+  v.number("roll_limit", c.roll_limit, {"rad", "deg", between_or_infinite(0, 100), between_or_infinite(0.02, 4)},
+           {"Roll of one car against the next at which they bind; .inf: rotary.", &kSpatial});
+  v.number("roll_stiffness", c.roll_stiffness, {"N m/rad", "lbf ft/rad", between(0, 1e12), between(0, 1e8)},
+           {"Stiffness in roll beyond it.", &kSpatial});
+  v.number("break_twist", c.break_twist, {"N m", "lbf ft", between_or_infinite(1, 1e12), between_or_infinite(1e4, 1e7)},
+           {"Torque between two cars at which the coupler breaks.", &kSpatial});
 }
 
 template <class V, class G>
@@ -363,6 +389,38 @@ void describe_contact(V& v, C& c) {
            {"Largest normal force; beyond it the bodies are crushed.", &kContact});
 }
 
+template <class V, class S>
+void describe_suspension(V& v, S& s) {
+  v.number("stiffness", s.stiffness, {"N/m", "kip/in", between(1e3, 1e12), between(1e6, 2e7)},
+           {"Vertical, of one side of a truck.", &kSpatial});
+  v.number("damping_ratio", s.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
+           {"Damping ratio of a quarter of the car on one side.", &kSpatial});
+  v.number("half_base", s.half_base, {"m", "in", between(0.1, 3), between(0.5, 1)},
+           {"Support of a side from the middle of the track.", &kSpatial});
+  v.number("part_angle", s.part_angle, {"rad", "deg", between(0.01, 4), between(0.3, 2)},
+           {"Roll of the body at which a truck that carries nothing parts from it.", &kSpatial});
+}
+
+template <class V, class T>
+void describe_terrain(V& v, T& t) {
+  v.number("rail_height", t.rail_height, {"m", "in", between(0, 2), between(0, 0.5)},
+           {"Top of the rails above the crown of the track bed.", &kSpatial});
+  v.number("crown", t.crown, {"m", "ft", between(0.5, 1e3), between(1.5, 10)},
+           {"Half the width of the crown; banks begin there.", &kSpatial});
+  v.number("bank_slope", t.bank_slope, {"1", "", between(0.001, 10), between(0.1, 1.5)},
+           {"Fall over run of the banks.", &kSpatial});
+  v.number("bank_left", t.bank_left, {"m", "ft", between(-100, 100), between(-20, 20)},
+           {"Height of the bank on the left; negative: a cut.", &kSpatial});
+  v.number("bank_right", t.bank_right, {"m", "ft", between(-100, 100), between(-20, 20)},
+           {"Height of the bank on the right; negative: a cut.", &kSpatial});
+  v.number("body_friction", t.body_friction, {"1", "", between(0, 10), between(0.1, 1.5)},
+           {"Friction of a body on the ground.", &kSpatial});
+  v.number("body_stiffness", t.body_stiffness, {"N/m", "lbf/ft", between(1e3, 1e12), between(1e6, 1e8)},
+           {"Of the ground under a corner of a body.", &kSpatial});
+  v.number("body_damping_ratio", t.body_damping_ratio, {"1", "", between(0, 2), between(0, 1)},
+           {"Damping ratio of a quarter of the car on that ground.", &kSpatial});
+}
+
 template <class V, class P>
 void describe_perturbation_sizes(V& v, P& p) {
   v.number("spacing", p.spacing, {"m", "ft", between(0, 10), between(0, 0.1)},
@@ -437,8 +495,8 @@ template <class V, class S>
 void describe(V& v, S& s) {
   v.text("title", s.title, "One line for tables and pictures.");
   v.choice("model", s.model, kModels,
-           "paper: of 2007; extended: with rails, brakes, contact and all other parts; by_parts: extended if one of "
-           "these is switched on.");
+           "paper: of 2007; extended: with rails, brakes, contact and all other parts; spatial: the same in three "
+           "dimensions; by_parts: extended if one of these parts is switched on.");
   v.list(
       "consist", s.consist, [](auto& w, auto& c) { describe_block(w, c); },
       "Blocks of equal cars, counted back from the foremost.", true);
@@ -452,6 +510,11 @@ void describe(V& v, S& s) {
       "brakes", s.brakes, [](auto& w, auto& b) { describe_brakes(w, b); }, "Brakes of the cars on the track.");
   v.group(
       "contact", s.contact, [](auto& w, auto& c) { describe_contact(w, c); }, "Contact of car bodies.");
+  v.group(
+      "suspension", s.suspension, [](auto& w, auto& g) { describe_suspension(w, g); },
+      {"Springs of the trucks.", &kSpatial});
+  v.group(
+      "terrain", s.terrain, [](auto& w, auto& g) { describe_terrain(w, g); }, {"Ground beside the track.", &kSpatial});
   v.group(
       "initial", s.initial, [](auto& w, auto& i) { describe_initial(w, i); },
       "Motion at time 0, in mid-slack on the track.");

@@ -29,15 +29,20 @@ void check_parts(const Scenario& s) {
   const std::string part_text = part == nullptr ? "" : fmt::format("{}: {}", part->key, part->value(s));
   if (s.model == Model::paper && part != nullptr)
     refuse("model", "paper", fmt::format("this model has no {}", part_text), "extended, or leave it out");
-  if (model_of(s) == Model::extended && s.solver.method != Method::semi_implicit) {
+  const Model model = model_of(s);
+  if (model != Model::paper && s.solver.method != Method::semi_implicit) {
     refuse("solver.method", name_of(kMethods, s.solver.method),
            part != nullptr ? fmt::format("{} cannot be computed by this method", part_text)
-                           : "model: extended cannot be computed by this method",
+                           : fmt::format("model: {} cannot be computed by this method", name_of(kModels, model)),
            name_of(kMethods, Method::semi_implicit));
   }
   if (model_of(s) == Model::extended && s.ground.on_track_law == OnTrackLaw::guided) {
     refuse("ground.on_track_law", "guided", "cannot be computed by the extended model",
            "rails, isotropic, along_track");
+  }
+  if (model == Model::spatial && !rails) {
+    refuse("ground.on_track_law", name_of(kOnTrackLaws, s.ground.on_track_law), "cannot be computed by model: spatial",
+           "rails");
   }
   if (s.solver.method == Method::semi_implicit && !s.solver.fixed_step)
     refuse("solver.fixed_step", "", "missing: semi_implicit needs a fixed step", "(0, 1] s");

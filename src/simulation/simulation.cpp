@@ -13,6 +13,7 @@
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/model/derailment_model.hpp"
 #include "train_derail/model/extended_model.hpp"
+#include "train_derail/model/spatial_model.hpp"
 #include "train_derail/model/step_limit.hpp"
 #include "train_derail/outcome/monitor.hpp"
 #include "train_derail/outcome/trust.hpp"
@@ -51,10 +52,11 @@ class TrainSystem final : public solver::OdeSystem {
   model::DerailmentModel& model_;
 };
 
-/// The extended model as the solver sees it.
-class SteppedExtended final : public solver::SteppedSystem {
+/// A model that is made for steps of fixed length, as the solver sees it.
+template <class Model>
+class SteppedModel final : public solver::SteppedSystem {
  public:
-  explicit SteppedExtended(model::ExtendedModel& model) : model_(model) {}
+  explicit SteppedModel(Model& model) : model_(model) {}
 
   Eigen::Index size() const override { return model_.size(); }
   Eigen::Index position_count() const override { return model_.position_count(); }
@@ -64,7 +66,7 @@ class SteppedExtended final : public solver::SteppedSystem {
   void settle(double t, double h, const double* before, double* y) override { model_.settle(t, h, before, y); }
 
  private:
-  model::ExtendedModel& model_;
+  Model& model_;
 };
 
 /// The paper's model in steps of fixed length: cars pass the point of derailment at the end of a step.
@@ -139,9 +141,10 @@ class PaperMotion final : public Motion {
   SteppedPaper stepped_;
 };
 
-class ExtendedMotion final : public Motion {
+template <class Model>
+class SteppedMotion final : public Motion {
  public:
-  explicit ExtendedMotion(const inputs::Scenario& scenario) : model_(scenario), system_(model_) {}
+  explicit SteppedMotion(const inputs::Scenario& scenario) : model_(scenario), system_(model_) {}
 
   const model::TrainModel& model() const override { return model_; }
   void start(const inputs::Solver& options, const model::StateVector& state) override {
@@ -154,13 +157,16 @@ class ExtendedMotion final : public Motion {
     model_.walk(integrator_->time(), integrator_->state().data(), archive);
   }
 
-  model::ExtendedModel model_;
-  SteppedExtended system_;
+  Model model_;
+  SteppedModel<Model> system_;
 };
 
 std::unique_ptr<Motion> make_motion(const inputs::Scenario& scenario) {
-  if (inputs::model_of(scenario) == inputs::Model::extended) return std::make_unique<ExtendedMotion>(scenario);
-  return std::make_unique<PaperMotion>(scenario);
+  switch (inputs::model_of(scenario)) {
+    case inputs::Model::extended: return std::make_unique<SteppedMotion<model::ExtendedModel>>(scenario);
+    case inputs::Model::spatial: return std::make_unique<SteppedMotion<model::SpatialModel>>(scenario);
+    default: return std::make_unique<PaperMotion>(scenario);
+  }
 }
 
 void require_fixed_steps(const solver::Integrator& integrator) {

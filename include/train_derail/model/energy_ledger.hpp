@@ -13,6 +13,8 @@ struct EnergyLedger {
   double kinetic_rotation = 0.0;      ///< of rotation [J]
   double coupler_axial = 0.0;         ///< strain energy in draft and buff [J]
   double coupler_swing = 0.0;         ///< strain energy of the swing stops [J]
+  double height = 0.0;                ///< of the centres of mass above their height at rest on the rails [J]
+  double suspension = 0.0;            ///< strain energy of springs of trucks and of the ground under bodies [J]
   double work_on_track = 0.0;         ///< taken along the track from cars on it [J]
   double work_off_track = 0.0;        ///< taken by the ground off the track [J]
   double work_rails = 0.0;            ///< taken sideways by rails that yield [J]
@@ -21,6 +23,8 @@ struct EnergyLedger {
   double work_impact_normal = 0.0;    ///< taken by crushing in impacts [J]
   double work_impact_friction = 0.0;  ///< taken by friction in impacts [J]
   double work_grade = 0.0;            ///< lifting, uphill positive [J]
+  double work_truck_damping = 0.0;    ///< taken by dampers of trucks [J]
+  double work_body_ground = 0.0;      ///< taken by the ground from bodies that strike it [J]
   double work_kicks = 0.0;            ///< given by kicks, hence negative [J]
 
   /// Kinetic energy [J].
@@ -47,6 +51,10 @@ inline constexpr EnergyTerm kEnergyTerms[] = {
      "Strain energy of couplers in draft and buff, at stop_time."},
     {"energy_coupler_swing", &EnergyLedger::coupler_swing, "left in swing stops",
      "Strain energy of the swing stops of couplers, at stop_time."},
+    {"energy_height", &EnergyLedger::height, "left in height",
+     "Work to lift the centres of mass from their height at rest on the rails, at stop_time; spatial model only."},
+    {"energy_suspension", &EnergyLedger::suspension, "left in springs",
+     "Strain energy of springs of trucks and of the ground under bodies, at stop_time; spatial model only."},
     {"work_on_track", &EnergyLedger::work_on_track, "spent on the track",
      "Work that friction, or brakes and rolling resistance, took from cars on the track, along it."},
     {"work_off_track", &EnergyLedger::work_off_track, "spent off the track",
@@ -63,6 +71,10 @@ inline constexpr EnergyTerm kEnergyTerms[] = {
      "Work of friction between bodies in impacts."},
     {"work_grade", &EnergyLedger::work_grade, "spent uphill",
      "Work of lifting the train along the grade, uphill positive."},
+    {"work_truck_damping", &EnergyLedger::work_truck_damping, "spent by dampers of trucks",
+     "Work that the dampers of trucks took; spatial model only."},
+    {"work_body_ground", &EnergyLedger::work_body_ground, "spent by bodies striking the ground",
+     "Work that the ground took from bodies that strike it, along its normal; spatial model only."},
     {"work_kicks", &EnergyLedger::work_kicks, "given by kicks",
      "Energy given by the kicks of the perturbation at the point of derailment; given, hence negative."},
 };

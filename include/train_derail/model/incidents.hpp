@@ -38,11 +38,12 @@ struct Derailment {
 struct BrokenCoupler {
   double time;                                ///< s
   Eigen::Index coupler;                       ///< between cars `coupler` and `coupler + 1`
-  enum class By { draft, swing, moment } by;  ///< the limit that was reached first
+  enum class By { draft, swing, moment, slip, vertical, twist } by;  ///< the limit that was reached first
   double axial_force;                         ///< axial force at which it broke, buff positive [N]
 };
 
-inline constexpr std::array<std::string_view, 3> kBrokenByNames{"draft", "swing", "moment"};
+inline constexpr std::array<std::string_view, 6> kBrokenByNames{"draft", "swing",    "moment",
+                                                                "slip",  "vertical", "twist"};
 inline std::string_view to_string(BrokenCoupler::By by) { return kBrokenByNames[static_cast<std::size_t>(by)]; }
 
 /// Side of a car that is hit: the one that faces the push.

@@ -19,10 +19,15 @@ struct Car {
   double length;         ///< L, between the coupler pins [m]
   double truck_spacing;  ///< D, between the truck centres [m]
   double width;          ///< of the footprint, whose length is L [m]
+  double centre_height = 0.0;  ///< of the centre of mass above the rail [m]
+  double floor_height = 0.0;   ///< of the underside of the body above the rail [m]
+  double roof_height = 0.0;    ///< of its top [m]
+  double roll_inertia = 0.0;   ///< about the axis along the car through the centre of mass [kg m^2]
 
   bool operator==(const Car& other) const {
     const auto all = [](const Car& c) {
-      return std::tie(c.body, c.mass, c.weight, c.yaw_inertia, c.length, c.truck_spacing, c.width);
+      return std::tie(c.body, c.mass, c.weight, c.yaw_inertia, c.length, c.truck_spacing, c.width, c.centre_height,
+                      c.floor_height, c.roof_height, c.roll_inertia);
     };
     return all(*this) == all(other);
   }
