@@ -74,9 +74,9 @@ inline constexpr std::array<Names<Method>, 4> kMethods{{{"cash_karp", Method::ca
                                                         {"bdf", Method::bdf},
                                                         {"semi_implicit", Method::semi_implicit}}};
 inline constexpr std::array<Names<Model>, 4> kModels{{{"by_parts", Model::by_parts},
-                                                     {"paper", Model::paper},
-                                                     {"extended", Model::extended},
-                                                     {"spatial", Model::spatial}}};
+                                                      {"paper", Model::paper},
+                                                      {"extended", Model::extended},
+                                                      {"spatial", Model::spatial}}};
 inline constexpr std::array<Names<OffTrackLaw>, 2> kOffTrackLaws{
     {{"coulomb", OffTrackLaw::coulomb}, {"by_slip", OffTrackLaw::by_slip}}};
 inline constexpr std::array<Names<BrakeLaw>, 2> kBrakeLaws{{{"friction", BrakeLaw::friction}, {"air", BrakeLaw::air}}};
@@ -510,11 +510,10 @@ void describe(V& v, S& s) {
       "brakes", s.brakes, [](auto& w, auto& b) { describe_brakes(w, b); }, "Brakes of the cars on the track.");
   v.group(
       "contact", s.contact, [](auto& w, auto& c) { describe_contact(w, c); }, "Contact of car bodies.");
-  v.group(
-      "suspension", s.suspension, [](auto& w, auto& g) { describe_suspension(w, g); },
-      {"Springs of the trucks.", &kSpatial});
-  v.group(
-      "terrain", s.terrain, [](auto& w, auto& g) { describe_terrain(w, g); }, {"Ground beside the track.", &kSpatial});
+  v.group("suspension", s.suspension, [](auto& w, auto& g) { describe_suspension(w, g); },
+          {"Springs of the trucks.", &kSpatial});
+  v.group("terrain", s.terrain, [](auto& w, auto& g) { describe_terrain(w, g); },
+          {"Ground beside the track.", &kSpatial});
   v.group(
       "initial", s.initial, [](auto& w, auto& i) { describe_initial(w, i); },
       "Motion at time 0, in mid-slack on the track.");

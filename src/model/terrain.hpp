@@ -1,5 +1,5 @@
 /// \file
-/// Height of the ground beside the track.
+/// Height of the ground beside the track, and how cars lie on it and on their trucks.
 #pragma once
 
 #include <algorithm>
@@ -15,14 +15,24 @@ struct GroundHeight {
   double slope;  ///< dz / d offset [-]
 };
 
-/// The ground `offset` to the left of the centre line [m]: a level crown, banks of one slope beside it, level again below
-/// (above in a cut).
+/// The ground `offset` to the left of the centre line [m]: a level crown, banks of one slope beside it, level again
+/// below (above in a cut).
 inline GroundHeight ground_height(const inputs::Terrain& t, double offset) {
   const double side = offset < 0.0 ? -1.0 : 1.0, bank = offset < 0.0 ? t.bank_right : t.bank_left;
   const double beyond = std::abs(offset) - t.crown, slope = std::copysign(t.bank_slope, bank);
   if (bank == 0.0 || beyond <= 0.0) return {-t.rail_height, 0.0};
   if (beyond * t.bank_slope >= std::abs(bank)) return {-t.rail_height - bank, 0.0};
   return {-t.rail_height - slope * beyond, -side * slope};
+}
+
+/// Damping of a side of a truck [N s/m].
+inline double side_damping(const inputs::Suspension& s, double car_mass) {
+  return 2.0 * s.damping_ratio * std::sqrt(s.stiffness * 0.25 * car_mass);
+}
+
+/// Damping of the ground under a point of a car [N s/m].
+inline double ground_damping(const inputs::Terrain& t, double car_mass) {
+  return 2.0 * t.body_damping_ratio * std::sqrt(t.body_stiffness * 0.25 * car_mass);
 }
 
 }  // namespace train_derail::model

@@ -8,8 +8,8 @@ namespace train_derail::model {
 
 namespace {
 
-/// Heights of a kind of car above the rail [m], and its roll inertia over mass [m^2]. Centres of mass: the middle of what
-/// is usual in North America (docs/spatial_model.md); AAR's limit is 98 in.
+/// Heights of a kind of car above the rail [m], and its roll inertia over mass [m^2]. Centres of mass: the middle of
+/// what is usual in North America (docs/spatial_model.md); AAR's limit is 98 in.
 struct Kind {
   std::string_view name;
   double centre_empty, centre_loaded, floor, roof, roll;

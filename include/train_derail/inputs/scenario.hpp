@@ -41,12 +41,12 @@ struct CarBlock {
   std::optional<double> truck_spacing_factor;  ///< D / L, instead of truck_spacing [-]
   std::optional<double> yaw_inertia;           ///< I, about the vertical axis through the centre of mass [kg m^2]
   std::optional<double> yaw_inertia_factor;    ///< I / (M L^2), instead of yaw_inertia [-]
-  std::optional<double> centre_height;  ///< of the centre of mass above the rail; else by name and weight [m]
-  std::optional<double> floor_height;   ///< of the underside of the body above the rail; else by name [m]
-  std::optional<double> roof_height;    ///< of the top of the body above the rail; else by name [m]
-  std::optional<double> roll_inertia;   ///< about the axis along the car through the centre of mass; else that of a box
-                                        ///< (of a cylinder for tank_car) [kg m^2]
-  double brake_share = 1.0;  ///< share of Brakes::force that these cars develop; 0: brakes cut out [-]
+  std::optional<double> centre_height;         ///< of the centre of mass above the rail; else by name and weight [m]
+  std::optional<double> floor_height;          ///< of the underside of the body above the rail; else by name [m]
+  std::optional<double> roof_height;           ///< of the top of the body above the rail; else by name [m]
+  std::optional<double> roll_inertia;  ///< about the axis along the car through the centre of mass; else that of a box
+                                       ///< (of a cylinder for tank_car) [kg m^2]
+  double brake_share = 1.0;            ///< share of Brakes::force that these cars develop; 0: brakes cut out [-]
   BrakeSource brake_source = BrakeSource::none;  ///< whether the block opens the brake pipe
 
   /// D / L if neither truck spacing is given [-].
@@ -70,12 +70,12 @@ struct Coupler {
   double break_swing = kInfinity;  ///< swing at either end at which the coupler breaks [rad]
   double break_moment = kInfinity;  ///< |sum of the end moments| at which the coupler breaks [N m]
   // Model::spatial only.
-  double height = 33.0 / 12.0 * kFoot;              ///< of the pins above the rail [m]
-  double pitch_limit = 7.0 * kDegree;               ///< swing up and down at which the vertical stop begins [rad]
+  double height = 33.0 / 12.0 * kFoot;                   ///< of the pins above the rail [m]
+  double pitch_limit = 7.0 * kDegree;                    ///< swing up and down at which the vertical stop begins [rad]
   double pitch_stiffness = 3.6e6 * kPoundForce * kFoot;  ///< of that stop [N m/rad]
-  double slip_height = kInfinity;                   ///< pins that far apart in height let go [m]
-  double vertical_hold = 200.0 * kKip;              ///< vertical force at which the coupler breaks [N]
-  double roll_limit = 10.0 * kDegree;               ///< roll of one car against the next at which they bind [rad]
+  double slip_height = kInfinity;                        ///< pins that far apart in height let go [m]
+  double vertical_hold = 200.0 * kKip;                   ///< vertical force at which the coupler breaks [N]
+  double roll_limit = 10.0 * kDegree;                    ///< roll of one car against the next at which they bind [rad]
   double roll_stiffness = 1.0e6 * kPoundForce * kFoot;   ///< of one car against the next beyond it [N m/rad]
   double break_twist = 150.0e3 * kPoundForce * kFoot;    ///< torque between two cars at which the coupler breaks [N m]
 };
@@ -90,14 +90,14 @@ struct Suspension {
 
 /// Ground beside the track and how bodies lie on it, Model::spatial only. Flat by default.
 struct Terrain {
-  double rail_height = 7.25 / 12.0 * kFoot;  ///< top of the rails above the crown of the track bed [m]
-  double crown = 9.0 * kFoot;                ///< half the width of the crown [m]
-  double bank_slope = 0.5;                   ///< fall over run of the banks beside it [-]
-  double bank_left = 0.0;                    ///< height of the bank on the left; negative: a cut [m]
-  double bank_right = 0.0;                   ///< on the right [m]
-  double body_friction = 0.5;                ///< of a body on the ground [-]
+  double rail_height = 7.25 / 12.0 * kFoot;             ///< top of the rails above the crown of the track bed [m]
+  double crown = 9.0 * kFoot;                           ///< half the width of the crown [m]
+  double bank_slope = 0.5;                              ///< fall over run of the banks beside it [-]
+  double bank_left = 0.0;                               ///< height of the bank on the left; negative: a cut [m]
+  double bank_right = 0.0;                              ///< on the right [m]
+  double body_friction = 0.5;                           ///< of a body on the ground [-]
   double body_stiffness = 1.5e6 * kPoundForce / kFoot;  ///< of the ground under a corner of a body [N/m]
-  double body_damping_ratio = 0.4;           ///< of a quarter of the car on it [-]
+  double body_damping_ratio = 0.4;                      ///< of a quarter of the car on it [-]
 };
 
 /// Lateral force on a car that is on the track. The paper does not say what it is (docs/model.md, section 2).

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "train_derail/inputs/scenario.hpp"
 
@@ -18,6 +19,20 @@ inline double contact_force(const inputs::Contact& c, double depth, double rate,
   if (rate > 0.0) crushed = std::max(crushed, depth - c.crush_force / c.stiffness);
   const double spring = c.stiffness * std::max(depth - crushed, 0.0);
   return rate > 0.0 ? spring : c.restitution * c.restitution * spring;
+}
+
+/// The same, but that the force does not jump where the bodies cease to close: it goes from loading to unloading within
+/// `quiet` [m/s] on either side. One body may then lie on another at rest.
+inline double quiet_contact_force(const inputs::Contact& c, double depth, double rate, double quiet, double& crushed) {
+  if (rate > 0.0) crushed = std::max(crushed, depth - c.crush_force / c.stiffness);
+  const double kept = c.restitution * c.restitution, way = rate / std::sqrt(rate * rate + quiet * quiet);
+  return c.stiffness * std::max(depth - crushed, 0.0) * 0.5 * ((1.0 + kept) + (1.0 - kept) * way);
+}
+
+/// Damping of friction that has not begun to slide [N s/m], of two bodies with that reduced mass [kg] on Contact's
+/// stiffness: three tenths of what is critical.
+inline double friction_damping(const inputs::Contact& c, double reduced_mass) {
+  return 0.6 * std::sqrt(c.stiffness * reduced_mass);
 }
 
 }  // namespace train_derail::model

@@ -36,10 +36,10 @@ struct Derailment {
 
 /// A coupler that breaks.
 struct BrokenCoupler {
-  double time;                                ///< s
-  Eigen::Index coupler;                       ///< between cars `coupler` and `coupler + 1`
+  double time;                                                       ///< s
+  Eigen::Index coupler;                                              ///< between cars `coupler` and `coupler + 1`
   enum class By { draft, swing, moment, slip, vertical, twist } by;  ///< the limit that was reached first
-  double axial_force;                         ///< axial force at which it broke, buff positive [N]
+  double axial_force;  ///< axial force at which it broke, buff positive [N]
 };
 
 inline constexpr std::array<std::string_view, 6> kBrokenByNames{"draft", "swing",    "moment",

@@ -1,7 +1,7 @@
 /// \file
-/// The train in three dimensions: rigid cars on trucks with a spring and a damper on each side, rails that yield, ground
-/// with banks beside the track, couplers with pins at a height that let go when they slip or break, bodies that touch the
-/// ground and each other (docs/spatial_model.md). Made for steps of fixed length, as the extended model.
+/// The train in three dimensions: rigid cars on trucks with a spring and a damper on each side, rails that yield,
+/// ground with banks beside the track, couplers with pins at a height that let go when they slip or break, bodies that
+/// touch the ground and each other (docs/spatial_model.md). Made for steps of fixed length, as the extended model.
 #pragma once
 
 #include <memory>
@@ -19,11 +19,11 @@ struct SpatialMomentum {
 
 /// Place, orientation and motion of a car.
 struct SpatialMotion {
-  Eigen::Vector3d centre;       ///< of mass [m]
-  Eigen::Matrix3d axes;         ///< columns: unit vectors forward, left and up of the car
-  Eigen::Vector3d velocity;     ///< of the centre of mass [m/s]
-  Eigen::Vector3d rotation;     ///< angular velocity, world frame [rad/s]
-  Eigen::Vector3d body_rates;   ///< the same along the car's axes: roll, pitch, yaw [rad/s]
+  Eigen::Vector3d centre;      ///< of mass [m]
+  Eigen::Matrix3d axes;        ///< columns: unit vectors forward, left and up of the car
+  Eigen::Vector3d velocity;    ///< of the centre of mass [m/s]
+  Eigen::Vector3d rotation;    ///< angular velocity, world frame [rad/s]
+  Eigen::Vector3d body_rates;  ///< the same along the car's axes: roll, pitch, yaw [rad/s]
 
   /// A point that is given from the centre of mass along the car's axes [m].
   Eigen::Vector3d point(const Eigen::Vector3d& own) const { return centre + axes * own; }
@@ -31,8 +31,8 @@ struct SpatialMotion {
   Eigen::Vector3d velocity_at(const Eigen::Vector3d& place) const { return velocity + rotation.cross(place - centre); }
 };
 
-/// One object a run and a thread. A state holds, column by column, one entry a car each: x, y, z of the centre of mass; the
-/// angles by which the car has turned in the last step about its own axes; their rates of change: velocity (world
+/// One object a run and a thread. A state holds, column by column, one entry a car each: x, y, z of the centre of mass;
+/// the angles by which the car has turned in the last step about its own axes; their rates of change: velocity (world
 /// frame) and body rates; and the orientation as a unit quaternion (x, y, z, w).
 class SpatialModel final : public TrainModel {
  public:
@@ -59,6 +59,8 @@ class SpatialModel final : public TrainModel {
   CarMotion car_motion(const double* y, Eigen::Index car) const override;
   /// One car of state `y` in space.
   SpatialMotion motion(const double* y, Eigen::Index car) const;
+  /// Puts a car of state `y` somewhere else; SpatialMotion::rotation follows from the body rates.
+  void place(double* y, Eigen::Index car, const SpatialMotion& motion) const;
 
   bool derailed(Eigen::Index car) const override;
   bool past_pod(Eigen::Index car) const override;

@@ -12,13 +12,13 @@ namespace train_derail::model {
 
 /// One rigid car.
 struct Car {
-  std::string body;      ///< name of its block
-  double mass;           ///< M = W / g [kg]
-  double weight;         ///< W, on the rails [N]
-  double yaw_inertia;    ///< I, about the vertical axis through the centre of mass [kg m^2]
-  double length;         ///< L, between the coupler pins [m]
-  double truck_spacing;  ///< D, between the truck centres [m]
-  double width;          ///< of the footprint, whose length is L [m]
+  std::string body;            ///< name of its block
+  double mass;                 ///< M = W / g [kg]
+  double weight;               ///< W, on the rails [N]
+  double yaw_inertia;          ///< I, about the vertical axis through the centre of mass [kg m^2]
+  double length;               ///< L, between the coupler pins [m]
+  double truck_spacing;        ///< D, between the truck centres [m]
+  double width;                ///< of the footprint, whose length is L [m]
   double centre_height = 0.0;  ///< of the centre of mass above the rail [m]
   double floor_height = 0.0;   ///< of the underside of the body above the rail [m]
   double roof_height = 0.0;    ///< of its top [m]
