@@ -23,21 +23,22 @@ inline Eigen::Quaterniond rotation_by(const Eigen::Vector3d& turn) {
   return {cosine, v.x(), v.y(), v.z()};
 }
 
-/// Body rates at the end of a step of length h [s] that begins with `rates`, under `impulse` (torque times h, along the
-/// body's axes [N m s]): Euler's equations such that without torque the angular momentum in space stays what it was,
-/// but for rounding, if the body is turned by rotation_by(h * result) in the step.
-inline Eigen::Vector3d turned_rates(const Eigen::Vector3d& inertia, const Eigen::Vector3d& rates,
-                                    const Eigen::Vector3d& impulse, double h) {
-  const Eigen::Vector3d momentum = inertia.cwiseProduct(rates) + impulse, inverse = inertia.cwiseInverse();
-  Eigen::Vector3d result = inverse.cwiseProduct(momentum);
-  result += h * inverse.cwiseProduct(momentum.cross(result));
-  // The momentum seen from the body turns back as the body turns. Each round is exact to one more order of h.
-  for (int i = 0; i < 8; ++i) {
-    const Eigen::Vector3d before = result;
-    result = inverse.cwiseProduct(rotation_by(-h * result) * momentum);
-    if ((result - before).squaredNorm() <= 1e-30 * result.squaredNorm()) break;
-  }
+/// Body rates by which a body with that angular momentum (along its own axes) is to be turned in a step of length h
+/// [s]: those of its middle. After the step they are rates_of(inertia, momentum, rotation_by(h * result)), so that in
+/// space the momentum stays what it was, but for rounding; energy swings by the order of h^2 and does not drift.
+inline Eigen::Vector3d mean_rates(const Eigen::Vector3d& inertia, const Eigen::Vector3d& momentum, double h) {
+  const Eigen::Vector3d inverse = inertia.cwiseInverse(), begin = inverse.cwiseProduct(momentum);
+  // Euler's equations by the midpoint rule; each round is exact to one more order of h.
+  Eigen::Vector3d result = begin + 0.5 * h * inverse.cwiseProduct(momentum.cross(begin));
+  for (int i = 0; i < 2; ++i)
+    result = begin + 0.5 * h * inverse.cwiseProduct(inertia.cwiseProduct(result).cross(result));
   return result;
+}
+
+/// Body rates of a body that has been turned by `turn` since its angular momentum along its own axes was that.
+inline Eigen::Vector3d rates_of(const Eigen::Vector3d& inertia, const Eigen::Vector3d& momentum,
+                                const Eigen::Quaterniond& turn) {
+  return (turn.conjugate() * momentum).cwiseQuotient(inertia);
 }
 
 }  // namespace train_derail::model

@@ -176,10 +176,12 @@ struct SpatialModel::Parts {
     past.assign(n, false);
     first_cause.assign(n, Cause::none);
     for (auto* a : {&arc, &overloaded, &lateral, &lateral_before, &kick}) a->assign(trucks, 0.0);
+    for (auto* a : {&braked, &braked_next}) a->assign(trucks, 0.0);
     load.assign(2 * trucks, 0.0);
     loads.resize(n);
     now.resize(n);
     before.resize(n);
+    spin.resize(n);
     lies.assign(n, false);
     sheared.assign(kPoints * n, Vector3d::Zero());
     sheared_next = sheared;
@@ -217,9 +219,10 @@ struct SpatialModel::Parts {
   std::vector<double> arc, overloaded, lateral, lateral_before, kick, load;
   std::size_t ordered = 0;
 
-  // How far friction with the ground has strained it, kPoints a car; the next values belong to the forces found.
+  // How far friction with the ground has strained it, kPoints a car [m]; the next values belong to the forces found.
   std::vector<Vector3d> sheared, sheared_next;
-  std::vector<char> lies;  // anything of the car is on the ground
+  std::vector<double> braked, braked_next;  // the same for brakes, a truck each [m]
+  std::vector<char> lies;                   // anything of the car is on the ground
 
   // Couplers.
   std::vector<char> alive;
@@ -231,6 +234,7 @@ struct SpatialModel::Parts {
   std::vector<Stops> stops;  // what may break or slip, as found last
 
   std::vector<Loads> loads;                // of the step
+  std::vector<Vector3d> spin;              // angular momentum along the car's axes, with what the step has added
   std::vector<SpatialMotion> now, before;  // at the state known last, and a step before
   bool forces_found = false;
 
@@ -314,9 +318,13 @@ struct SpatialModel::Parts {
     sum.add(spring.force, spring.torque);
     sum.add(TRUCK_DAMPING, damper.force, damper.torque);
     const double carried = total[0] + total[1];
-    const auto braked =
-        friction<double>(brake_share * carried, velocity.dot(along), 0.0, scenario.ground.regularization_speed);
-    sum.push(ON_TRACK, braked.x * along, arm);
+    // Brakes hold a train that stands: what they are strained gives way at their limit.
+    const double stiffness = scenario.terrain.body_stiffness, limit = brake_share * carried,
+                 speed = velocity.dot(along);
+    const double strain = braked[truck] + step * speed, pull = -stiffness * strain - b.ground_damping * speed;
+    const double brake = std::clamp(pull, -limit, limit);
+    braked_next[truck] = pull == brake ? strain : brake / -stiffness;
+    sum.push(ON_TRACK, brake * along, arm);
     // At the top of the rails, sideways.
     const Vector3d middle = q.centre + arm;
     const double offset = (middle.x() - centre_line.x()) * across.x() + (middle.y() - centre_line.y()) * across.y();
@@ -569,6 +577,7 @@ struct SpatialModel::Parts {
 
   /// What friction with the ground has strained becomes the past.
   void keep_strain() {
+    braked.swap(braked_next);
     for (std::size_t k = 0; k < n; ++k) {
       if (!lies[k]) continue;
       const auto first = static_cast<std::ptrdiff_t>(kPoints * k);
@@ -965,8 +974,8 @@ void SpatialModel::accelerations(double t, double h, const double* y, double* re
     const SpatialMotion& q = p.now[k];
     const Wrench& sum = p.loads[k].sum;
     const Vector3d a = sum.force / b.mass;
-    const Vector3d rates = turned_rates(b.inertia, q.body_rates, h * (q.axes.transpose() * sum.torque), h);
-    const Vector3d turning = (rates - q.body_rates) / h;
+    p.spin[k] = b.inertia.cwiseProduct(q.body_rates) + h * (q.axes.transpose() * sum.torque);
+    const Vector3d turning = (mean_rates(b.inertia, p.spin[k], h) - q.body_rates) / h;
     for (std::size_t c = 0; c < 3; ++c) {
       result[c * n + k] = a[static_cast<Eigen::Index>(c)];
       result[(c + 3) * n + k] = turning[static_cast<Eigen::Index>(c)];
@@ -980,8 +989,12 @@ void SpatialModel::settle(double t, double h, const double* /*before*/, double* 
   p.before.swap(p.now);
   for (std::size_t k = 0; k < n; ++k) {
     const auto at = [&](Column c) -> double& { return y[static_cast<std::size_t>(c) * n + k]; };
-    Eigen::Quaterniond turned =
-        Eigen::Quaterniond(at(QW), at(QX), at(QY), at(QZ)) * rotation_by({at(TURN_X), at(TURN_Y), at(TURN_Z)});
+    const Eigen::Quaterniond turn = rotation_by({at(TURN_X), at(TURN_Y), at(TURN_Z)});
+    const Vector3d rates = rates_of(p.bodies[k].inertia, p.spin[k], turn);
+    at(ROLL_RATE) = rates.x();
+    at(PITCH_RATE) = rates.y();
+    at(YAW_RATE) = rates.z();
+    Eigen::Quaterniond turned = Eigen::Quaterniond(at(QW), at(QX), at(QY), at(QZ)) * turn;
     // Of length 1 but for rounding, hence one round of Newton's.
     turned.coeffs() *= 1.5 - 0.5 * turned.squaredNorm();
     at(QX) = turned.x();
@@ -1161,9 +1174,6 @@ SpatialMomentum SpatialModel::momentum(const double* y) const {
 
 void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
   Parts& p = *parts_;
-  const auto numbers = [&](const char* name, std::vector<double>& values) {
-    archive.list(name, values, [&](double& v) { archive.value("v", v); });
-  };
   const auto flags = [&](const char* name, std::vector<char>& values) {
     archive.list(name, values, [&](char& v) {
       int number = v;
@@ -1178,21 +1188,20 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
   flags("past", p.past);
   flags("alive", p.alive);
   archive.list("first_cause", p.first_cause, [&](Cause& c) { archive.value("cause", c); });
-  numbers("arc", p.arc);
-  numbers("overloaded", p.overloaded);
+  archive.column("arc", p.arc);
+  archive.column("overloaded", p.overloaded);
+  archive.column("braked", p.braked);
   archive.value("ordered", p.ordered);
   archive.group("track", [&] { p.track.walk(archive); });
   archive.value("moved", p.moved);
-  archive.list("sheared", p.sheared, [&](Vector3d& v) {
-    for (double& x : v) archive.value("x", x);
-  });
+  archive.numbers("sheared", p.sheared.data()->data(), static_cast<std::ptrdiff_t>(3 * p.sheared.size()));
   archive.list("by_x", p.by_x, [&](int& car) { archive.value("car", car); });
   archive.list("pairs", p.pairs, [&](Pair& pair) {
     archive.value("a", pair.a);
     archive.value("b", pair.b);
     archive.value("axis", pair.axis);
     archive.value("crushed", pair.crushed);
-    for (double& x : pair.sheared) archive.value("sheared", x);
+    archive.column("sheared", pair.sheared);
     archive.value("impact", pair.impact);
     archive.value("seen", pair.seen);
   });

@@ -5,7 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "model/terrain.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/model/contact_law.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
 #include "train_derail/model/rail_law.hpp"
 #include "train_derail/model/train.hpp"
@@ -81,27 +83,107 @@ double longest_step(const Scenario& s, double rate, double damping) {
   return 4.0 / (damping + std::sqrt(damping * damping + 4.0 * rate * rate));
 }
 
+/// The same of a car in space, beside what it has in the plane. Forces act above or below the centre of mass, so that
+/// the car rolls and pitches.
+struct SpatialResponses {
+  double pin = 0.0, swing = 0.0, pitch = 0.0, roll = 0.0, rails = 0.0, truck = 0.0, ground = 0.0, contact = 0.0;
+  double coupler_damping = 0.0, rail_damping = 0.0, truck_damping = 0.0, ground_damping = 0.0, contact_damping = 0.0;
+};
+
+SpatialResponses spatial_responses(const Scenario& s) {
+  SpatialResponses r;
+  const double sine = s.coupler.break_swing < 0.5 * M_PI ? std::sin(s.coupler.break_swing) : 1.0;
+  const double gap = 0.5 * s.coupler.length;
+  const std::vector<Car> cars = expand(s.consist);
+  const auto square = [](double x) { return x * x; };
+  struct Of {
+    double pin, swing, pitch, corner;
+  };
+  const auto of = [&](const Car& c) {
+    const double half = 0.5 * c.length, below = std::abs(s.coupler.height - c.centre_height);
+    const double levers = square(half / gap + 1.0) + square(half / gap);
+    const double across = std::max(c.roof_height - c.centre_height, c.centre_height - c.floor_height);
+    const double pitch = 2.0 / (c.mass * gap * gap) + levers / c.yaw_inertia;
+    return Of{
+        1.0 / c.mass + (square(half * sine) + below * below) / c.yaw_inertia + square(below * sine) / c.roll_inertia,
+        pitch + 2.0 * square(below / gap) / c.roll_inertia, pitch,
+        1.0 / c.mass + square(half) / c.yaw_inertia + (square(0.5 * c.width) + across * across) / c.roll_inertia};
+  };
+  double corner = 0.0, next_corner = 0.0;
+  for (std::size_t i = 0; i < cars.size(); ++i) {
+    const Car& c = cars[i];
+    const Of here = of(c);
+    // Bounce and roll, or yaw and pitch, of a car on four sides of trucks.
+    const double spread = 0.25 * c.truck_spacing * c.truck_spacing / c.yaw_inertia;
+    const double truck = 4.0 * std::max({1.0 / c.mass, spread, square(s.suspension.half_base) / c.roll_inertia});
+    const double rails = 2.0 * std::max(1.0 / c.mass + square(c.centre_height) / c.roll_inertia, spread);
+    r.truck = std::max(r.truck, truck);
+    r.truck_damping = std::max(r.truck_damping, truck * side_damping(s.suspension, c.mass));
+    r.rails = std::max(r.rails, rails);
+    r.rail_damping = std::max(r.rail_damping, rails * rail_damping(s.rails, c.mass));
+    // A body lies on a face: six points of it, and friction at each, which acts on the same car.
+    const double ground = 6.0 * here.corner;
+    r.ground = std::max(r.ground, ground);
+    r.ground_damping = std::max(r.ground_damping, ground * ground_damping(s.terrain, c.mass));
+    r.contact_damping = std::max(r.contact_damping, 4.0 * here.corner * friction_damping(s.contact, 0.5 * c.mass));
+    const bool quickest = here.corner > corner;
+    next_corner = std::max(next_corner, quickest ? corner : here.corner);
+    corner = std::max(corner, here.corner);
+    if (i + 1 == cars.size()) continue;
+    const Car& d = cars[i + 1];
+    const Of there = of(d);
+    // Twice: a car has a coupler at either end.
+    const double both = 2.0 * (here.pin + there.pin);
+    r.pin = std::max(r.pin, both);
+    r.coupler_damping = std::max(r.coupler_damping, both * coupler_damping(s.coupler, c.mass, d.mass));
+    r.swing = std::max(r.swing, 2.0 * std::max(here.swing, there.swing));
+    r.pitch = std::max(r.pitch, 2.0 * std::max(here.pitch, there.pitch));
+    r.roll = std::max(r.roll, 2.0 * (1.0 / c.roll_inertia + 1.0 / d.roll_inertia));
+  }
+  // A car in a pile-up is pushed by two others at a time.
+  if (cars.size() > 1) r.contact = 2.0 * (corner + next_corner);
+  return r;
+}
+
+std::vector<StepLimit> in_order(std::vector<StepLimit> limits) {
+  std::stable_sort(limits.begin(), limits.end(),
+                   [](const StepLimit& a, const StepLimit& b) { return a.step_max < b.step_max; });
+  return limits;
+}
+
 }  // namespace
 
 std::vector<StepLimit> step_limits(const Scenario& s) {
-  const Responses r = responses(s);
   std::vector<StepLimit> limits;
   const auto add = [&](const char* key, double stiffness, double response, double damping) {
     const double rate = std::sqrt(stiffness * response);
     limits.push_back({key, rate, damping, longest_step(s, rate, damping)});
   };
   const bool gear = s.coupler.draft_gear_travel > 0.0 && s.coupler.draft_gear_stiffness > s.coupler.stiffness;
-  add(gear ? "coupler.draft_gear_stiffness" : "coupler.stiffness",
-      gear ? s.coupler.draft_gear_stiffness : s.coupler.stiffness, r.pin, r.coupler_damping);
+  const char* axial_key = gear ? "coupler.draft_gear_stiffness" : "coupler.stiffness";
+  const double axial = gear ? s.coupler.draft_gear_stiffness : s.coupler.stiffness;
+  if (inputs::model_of(s) == inputs::Model::spatial) {
+    const SpatialResponses r = spatial_responses(s);
+    add(axial_key, axial, r.pin, r.coupler_damping);
+    add("coupler.swing_stiffness", s.coupler.swing_stiffness, r.swing, 0.0);
+    add("coupler.pitch_stiffness", s.coupler.pitch_stiffness, r.pitch, 0.0);
+    add("coupler.roll_stiffness", s.coupler.roll_stiffness, r.roll, 0.0);
+    add("rails.stiffness", s.rails.stiffness, r.rails, r.rail_damping);
+    add("suspension.stiffness", s.suspension.stiffness, r.truck, r.truck_damping);
+    add("terrain.body_stiffness", s.terrain.body_stiffness, r.ground, r.ground_damping);
+    if (s.contact.law != inputs::ContactLaw::none)
+      add("contact.stiffness", s.contact.stiffness, r.contact, r.contact_damping);
+    return in_order(limits);
+  }
+  const Responses r = responses(s);
+  add(axial_key, axial, r.pin, r.coupler_damping);
   add("coupler.swing_stiffness", s.coupler.swing_stiffness, r.swing, 0.0);
   if (s.ground.on_track_law == inputs::OnTrackLaw::rails)
     add("rails.stiffness", s.rails.stiffness, r.rails, r.rail_damping);
   // A car in a pile-up is pushed by two others at a time.
   if (s.contact.law != inputs::ContactLaw::none) add("contact.stiffness", s.contact.stiffness, 2.0 * r.contact, 0.0);
   add("ground.regularization_speed", 0.0, 0.0, largest_friction(s) * r.friction / s.ground.regularization_speed);
-  std::stable_sort(limits.begin(), limits.end(),
-                   [](const StepLimit& a, const StepLimit& b) { return a.step_max < b.step_max; });
-  return limits;
+  return in_order(limits);
 }
 
 void check_step(const Scenario& s) {

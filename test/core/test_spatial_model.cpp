@@ -1,0 +1,671 @@
+// The train in three dimensions against closed forms: free bodies, tipping, springs, couplers, contact, and whole runs.
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "extended_fixtures.hpp"
+#include "model/rotation.hpp"
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/model/spatial_model.hpp"
+#include "train_derail/model/step_limit.hpp"
+#include "train_derail/model/track.hpp"
+#include "train_derail/simulation/checkpoint.hpp"
+
+namespace train_derail {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using inputs::kFoot;
+using inputs::kInfinity;
+using inputs::kKip;
+using model::BrokenCoupler;
+using model::SpatialMotion;
+using By = BrokenCoupler::By;
+
+constexpr double kGravity = inputs::kStandardGravity;
+
+/// The spatial model with its integrator, and nothing else: no sampling, no stop rule.
+class Train final : private solver::SteppedSystem {
+ public:
+  explicit Train(const inputs::Scenario& s, const std::vector<SpatialMotion>& cars = {}) : model_(s) {
+    model::StateVector state = model_.initial_state();
+    for (std::size_t k = 0; k < cars.size(); ++k) model_.place(state.data(), static_cast<Eigen::Index>(k), cars[k]);
+    model_.start(state.data());
+    solver::SteppedSystem& system = *this;
+    integrator_ = solver::make_integrator(s.solver, system, 0.0, state);
+  }
+
+  void step() { last_ = integrator_->step(); }
+  void to(double t) {
+    while (time() < t - 1e-9 && last_.status == solver::StepStatus::stepped) step();
+    ASSERT_EQ(last_.status, solver::StepStatus::stepped) << last_.message;
+  }
+  /// To time t, with a look at the state after every step.
+  void to(double t, const std::function<void()>& look) {
+    while (time() < t - 1e-9) {
+      step();
+      look();
+    }
+  }
+
+  double time() const { return integrator_->time(); }
+  const model::SpatialModel& model() const { return model_; }
+  const model::Incidents& incidents() const { return *model_.incidents(); }
+  const double* data() const { return integrator_->state().data(); }
+  SpatialMotion car(Eigen::Index k) const { return model_.motion(data(), k); }
+  model::EnergyLedger energy() const { return model_.energy(data()); }
+  model::SpatialMomentum momentum() const { return model_.momentum(data()); }
+  /// Roll of a car, positive if its left side is up [rad].
+  double roll(Eigen::Index k) const {
+    const Matrix3d axes = car(k).axes;
+    return std::atan2(axes(2, 1), axes(2, 2));
+  }
+
+ private:
+  Eigen::Index size() const override { return model_.size(); }
+  Eigen::Index position_count() const override { return model_.position_count(); }
+  void accelerations(double t, double h, const double* y, double* a) override { model_.accelerations(t, h, y, a); }
+  void settle(double t, double h, const double* before, double* y) override { model_.settle(t, h, before, y); }
+
+  model::SpatialModel model_;
+  std::unique_ptr<solver::Integrator> integrator_;
+  solver::StepResult last_;
+};
+
+/// Cars on rails, without any force but weight, springs of trucks and the rails.
+inline inputs::Scenario spatial(int cars, double step = 1e-3) {
+  inputs::Scenario s = test::on_rails(cars, step);
+  s.model = inputs::Model::spatial;
+  s.coupler.pitch_stiffness = s.coupler.roll_stiffness = 0.0;
+  return s;
+}
+
+double height_of(const inputs::Scenario& s, std::size_t k = 0) { return model::expand(s.consist)[k].centre_height; }
+
+SpatialMotion at(const Vector3d& centre, const Matrix3d& axes = Matrix3d::Identity(),
+                 const Vector3d& velocity = Vector3d::Zero(), const Vector3d& rates = Vector3d::Zero()) {
+  return {centre, axes, velocity, axes * rates, rates};
+}
+Matrix3d turned(double angle, const Vector3d& axis) { return AngleAxisd(angle, axis.normalized()).toRotationMatrix(); }
+
+/// Far ahead of the point of derailment, where trucks are off the rails, and high above the ground: only weight acts.
+const Vector3d kAloft(50.0, 3.0, 60.0);
+
+// Free bodies
+
+/// A body that tumbles about its middle axis.
+struct Tumble {
+  Vector3d inertia{1.0, 2.0, 4.0}, rates;
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+
+  void step(double h) {
+    const Vector3d own = inertia.cwiseProduct(rates);
+    const Eigen::Quaterniond by = model::rotation_by(h * model::mean_rates(inertia, own, h));
+    rates = model::rates_of(inertia, own, by);
+    turn = (turn * by).normalized();
+  }
+  Vector3d momentum() const { return turn * inertia.cwiseProduct(rates); }
+  double energy() const { return 0.5 * rates.dot(inertia.cwiseProduct(rates)); }
+};
+
+TEST(Tumbling, KeepsMomentumAndEnergy) {
+  double drift[2];
+  for (const int i : {0, 1}) {
+    Tumble body;
+    body.rates = {0.01, 2.0, 0.02};
+    const Vector3d momentum = body.momentum();
+    const double energy = body.energy();
+    drift[i] = 0.0;
+    const double h = i == 0 ? 2e-3 : 1e-3;
+    for (double t = 0.0; t < 60.0; t += h) {
+      body.step(h);
+      drift[i] = std::max(drift[i], std::abs(body.energy() / energy - 1.0));
+    }
+    EXPECT_LT((body.momentum() - momentum).norm() / momentum.norm(), 1e-11);
+  }
+  // It swings with every flip, by the square of the step, and does not grow.
+  EXPECT_LT(drift[0], 1e-5);
+  EXPECT_GT(drift[0] / drift[1], 3.5);
+}
+
+TEST(Tumbling, FlipsAtThePeriodOfTheEllipticIntegral) {
+  Tumble body;
+  body.rates = {0.02, 2.0, 0.0};
+  const double i1 = body.inertia[0], i2 = body.inertia[1], i3 = body.inertia[2];
+  const double l2 = body.momentum().squaredNorm(), e2 = 2.0 * body.energy();
+  // Landau and Lifshitz, Mechanics, section 37; the axes such that L^2 > 2 E I2.
+  const bool high = l2 > e2 * i2;
+  const double a = high ? i1 : i3, c = high ? i3 : i1;
+  const double modulus = std::sqrt((i2 - a) * (e2 * c - l2) / ((c - i2) * (l2 - e2 * a)));
+  const double rate = std::sqrt((c - i2) * (l2 - e2 * a) / (a * i2 * c));
+  const double period = 4.0 * std::comp_ellint_1(modulus) / std::abs(rate);
+  std::vector<double> flips;
+  const double h = 1e-4;
+  double before = body.rates.y();
+  for (double t = h; flips.size() < 5; t += h) {
+    ASSERT_LT(t, 100.0);
+    body.step(h);
+    if (before * body.rates.y() < 0.0) flips.push_back(t);
+    before = body.rates.y();
+  }
+  EXPECT_NEAR((flips[4] - flips[0]) / (2.0 * period), 1.0, 2e-3);
+}
+
+TEST(Tumbling, OfACarThatFalls) {
+  inputs::Scenario s = spatial(1, 1e-3);
+  const Vector3d rates(0.3, 0.2, 1.0);
+  Train train(s, {at(kAloft + Vector3d(0.0, 0.0, 200.0), turned(0.4, {1.0, 2.0, 3.0}), {3.0, 0.0, 10.0}, rates)});
+  const auto spin = [&] {
+    const model::SpatialMomentum p = train.momentum();
+    const SpatialMotion q = train.car(0);
+    return Vector3d(p.angular - q.centre.cross(p.linear));
+  };
+  const Vector3d before = spin();
+  const double energy = train.energy().kinetic_rotation;
+  train.to(5.0);
+  EXPECT_LT((spin() - before).norm() / before.norm(), 1e-10);
+  EXPECT_NEAR(train.energy().kinetic_rotation / energy, 1.0, 1e-3);
+  EXPECT_NEAR(train.car(0).velocity.z(), 10.0 - 5.0 * kGravity, 1e-9);
+  // A symmetric top: pitch and yaw rates turn about the roll axis at (I / I_roll - 1) times the roll rate.
+  const model::Car& car = train.model().cars()[0];
+  const double angle = -(1.0 - car.roll_inertia / car.yaw_inertia) * rates.x() * 5.0;
+  const Vector3d after = train.car(0).body_rates;
+  EXPECT_NEAR(after.x(), rates.x(), 1e-8);
+  EXPECT_NEAR(after.y(), rates.y() * std::cos(angle) - rates.z() * std::sin(angle), 2e-3);
+  EXPECT_NEAR(after.z(), rates.y() * std::sin(angle) + rates.z() * std::cos(angle), 2e-3);
+}
+
+// On the rails
+
+TEST(OnTheRails, AStraightTrainRollsAndNothingHappens) {
+  inputs::Scenario s = test::accident(8);
+  s.model = inputs::Model::spatial;
+  s.brakes.force = s.brakes.rolling_resistance = 0.0;
+  s.initial.perturbation = {};
+  std::vector<SpatialMotion> cars;
+  for (int k = 0; k < 8; ++k) cars.push_back(at({-300.0 - k * test::kPitch, 0.0, height_of(s)}, Matrix3d::Identity(), {15.0, 0.0, 0.0}));
+  Train train(s, cars);
+  const double energy = train.energy().total();
+  train.to(10.0);
+  EXPECT_TRUE(train.incidents().derailments.empty());
+  EXPECT_TRUE(train.incidents().broken.empty());
+  EXPECT_TRUE(train.incidents().impacts.empty());
+  for (int k = 0; k < 8; ++k) {
+    const SpatialMotion q = train.car(k);
+    EXPECT_NEAR(q.centre.x(), cars[static_cast<std::size_t>(k)].centre.x() + 150.0, 1e-9);
+    EXPECT_NEAR(q.centre.y(), 0.0, 1e-9);
+    EXPECT_NEAR(q.centre.z(), height_of(s), 1e-9);
+    EXPECT_LT((q.axes - Matrix3d::Identity()).norm(), 1e-9);
+    for (const double load : train.model().wheel_loads(k))
+      EXPECT_NEAR(load, 0.25 * train.model().cars()[static_cast<std::size_t>(k)].weight, 1e-3);
+  }
+  EXPECT_NEAR(train.energy().total() / energy, 1.0, 1e-12);
+}
+
+/// One car on an arc of that curvature to the left, moving along it, leaning out by `roll`.
+Train in_curve(inputs::Scenario s, double curvature, double speed, double roll = 0.0) {
+  s.track.curves = {{-700.0, 700.0, curvature}};
+  const model::Track track(s, -800.0, 100.0);
+  const model::Track::Node node = track.at(-650.0);
+  const Matrix3d along = turned(std::atan2(node.tangent.y(), node.tangent.x()), Vector3d::UnitZ());
+  const Matrix3d axes = along * turned(roll, Vector3d::UnitX());
+  const Vector3d yaw_rate(0.0, 0.0, speed * curvature);
+  // Both trucks on the arc.
+  const double spacing = model::expand(s.consist)[0].truck_spacing, inwards = 0.125 * spacing * spacing * curvature;
+  const Vector3d foot = Vector3d(node.point.x(), node.point.y(), 0.0) + inwards * along.col(1);
+  return Train(s, {at(foot + height_of(s) * axes.col(2), axes, speed * along.col(0), axes.transpose() * yaw_rate)});
+}
+
+/// Rails that hold whatever comes, stiff enough that they do not give.
+inputs::Scenario held(int cars, double step) {
+  inputs::Scenario s = spatial(cars, step);
+  s.rails.derail_ratio = 1e3;
+  s.rails.derail_time = 1e3;
+  s.rails.stiffness = 1e9;
+  s.rails.damping_ratio = 1.0;
+  s.suspension.damping_ratio = 1.5;
+  return s;
+}
+
+TEST(OnTheRails, WheelLoadsInACurve) {
+  const inputs::Scenario s = held(1, 5e-4);
+  const double speed = 12.0, curvature = 1.0 / 250.0;
+  Train train = in_curve(s, curvature, speed);
+  train.to(6.0);
+  const model::Car& car = train.model().cars()[0];
+  const double b = s.suspension.half_base, h = car.centre_height, stiffness = 4.0 * s.suspension.stiffness * b * b;
+  // The body leans out on its springs until they hold what it does at the centre of gravity.
+  const double lean = car.mass * speed * speed * curvature * h / (stiffness - car.weight * h);
+  const Eigen::Vector4d loads = train.model().wheel_loads(0);
+  EXPECT_NEAR(loads.sum() / car.weight, 1.0, 2e-3);
+  EXPECT_NEAR(((loads[0] + loads[2]) - (loads[1] + loads[3])) * b / (stiffness * lean), 1.0, 0.01);
+  EXPECT_NEAR(train.roll(0) / lean, 1.0, 0.01);
+}
+
+TEST(OnTheRails, ACarTipsAtTheLateralAccelerationOfTheClosedForm) {
+  const inputs::Scenario s = held(1, 5e-4);
+  const double b = s.suspension.half_base, h = height_of(s), weight = s.consist[0].weight;
+  const double lifts = kGravity * b / h * (1.0 - weight * h / (4.0 * s.suspension.stiffness * b * b));
+  const double curvature = 1.0 / 250.0;
+  const double lean = weight / (4.0 * s.suspension.stiffness * b);  // when the inner wheels lift
+  for (const double share : {0.97, 1.03}) {
+    Train train = in_curve(s, curvature, std::sqrt(share * lifts / curvature), std::min(share, 1.0) * lean);
+    double most = 0.0;
+    train.to(12.0, [&] { most = std::max(most, std::abs(train.roll(0))); });
+    if (share < 1.0) EXPECT_LT(most, 1.1 * lean);
+    else EXPECT_GT(most, 0.7);
+  }
+}
+
+TEST(OnTheRails, RockingOfALoadedCar) {
+  inputs::Scenario s = held(1, 2.5e-4);
+  s.suspension.damping_ratio = 0.0;
+  Train train(s, {at({-300.0, 0.0, height_of(s)}, Matrix3d::Identity(), Vector3d::Zero(), {0.02, 0.0, 0.0})});
+  const model::Car& car = train.model().cars()[0];
+  const double b = s.suspension.half_base, h = car.centre_height;
+  // About the point at the top of the rails that these hold.
+  const double rate = std::sqrt((4.0 * s.suspension.stiffness * b * b - car.weight * h) /
+                                (car.roll_inertia + car.mass * h * h));
+  std::vector<double> zeros;
+  double before = 0.0;
+  train.to(8.0, [&] {
+    const double now = train.roll(0);
+    if (before < 0.0 && now >= 0.0) zeros.push_back(train.time());
+    before = now;
+  });
+  ASSERT_GE(zeros.size(), 3U);
+  const double period = (zeros.back() - zeros.front()) / static_cast<double>(zeros.size() - 1);
+  EXPECT_NEAR(period * rate / (2.0 * test::kPi), 1.0, 0.01);
+  EXPECT_NEAR(1.0 / period, 0.55, 0.15);  // Hz
+}
+
+// Off the rails
+
+/// Ground and springs that hardly give, friction that holds.
+inputs::Scenario rigid(int cars, double step = 2e-4) {
+  inputs::Scenario s = spatial(cars, step);
+  s.ground.off_track_friction = 10.0;
+  s.suspension.stiffness = 1e9;
+  s.suspension.damping_ratio = 2.0;
+  s.terrain.body_stiffness = 1e9;
+  s.terrain.body_damping_ratio = 2.0;
+  return s;
+}
+
+TEST(OffTheRails, ACarTipsOnTheBankOfTheClosedForm) {
+  for (const double share : {0.97, 1.03}) {
+    inputs::Scenario s = rigid(1);
+    const double h = height_of(s), slope = share * s.suspension.half_base / h, angle = std::atan(slope);
+    s.terrain.bank_slope = slope;
+    s.terrain.bank_left = 50.0;
+    const Matrix3d axes = turned(-angle, Vector3d::UnitX());
+    const double offset = s.terrain.crown + 20.0;
+    const Vector3d foot(50.0, offset, -s.terrain.rail_height - 20.0 * slope);
+    Train train(s, {at(foot + h * axes.col(2), axes)});
+    train.to(4.0);
+    const double lean = std::abs(train.roll(0)) - angle;
+    if (share < 1.0) EXPECT_LT(std::abs(lean), 0.05);
+    else EXPECT_GT(lean, 0.5);
+  }
+}
+
+TEST(OffTheRails, ALateralTripOverturnsAtTheSpeedOfTheFormula) {
+  const inputs::Scenario s = rigid(1, 1e-4);
+  const model::Car car = model::expand(s.consist)[0];
+  const double h = car.centre_height, b = s.suspension.half_base, r = std::hypot(h, b);
+  const double about_edge = car.roll_inertia + car.mass * r * r;
+  const double trip = std::sqrt(2.0 * kGravity * (r - h) * about_edge / (car.mass * h * h));
+  EXPECT_NEAR(trip, 1.9, 0.1);
+  for (const double share : {0.93, 1.07}) {
+    Train train(s, {at({50.0, 0.0, h - s.terrain.rail_height}, Matrix3d::Identity(), {0.0, share * trip, 0.0})});
+    double most = 0.0;
+    train.to(4.0, [&] { most = std::max(most, std::abs(train.roll(0))); });
+    if (share < 1.0) EXPECT_LT(most, std::atan2(b, h) + 0.02) << share;
+    else EXPECT_GT(most, 1.0) << share;
+  }
+}
+
+TEST(OffTheRails, ABodySlidesDownABankOrHoldsOnIt) {
+  // On its side, without trucks under it: friction 0.3 and 0.7 on a slope of one half.
+  for (const double mu : {0.3, 0.7}) {
+    inputs::Scenario s = spatial(1, 1e-3);
+    s.terrain.bank_left = 80.0;
+    s.terrain.body_friction = mu;
+    s.terrain.body_damping_ratio = 1.0;
+    const double slope = s.terrain.bank_slope, angle = std::atan(slope);
+    const model::Car car = model::expand(s.consist)[0];
+    // The left side lies on the bank.
+    const Matrix3d axes = turned(-angle - 0.5 * test::kPi, Vector3d::UnitX());
+    const Vector3d up(0.0, std::sin(angle), std::cos(angle));
+    const Vector3d foot(50.0, s.terrain.crown + 30.0, -s.terrain.rail_height - 30.0 * slope);
+    const double sink = 0.25 * car.weight / s.terrain.body_stiffness / 1.6;
+    Train train(s, {at(foot + (0.5 * s.consist[0].width - sink) * up, axes)});
+    train.to(2.0);
+    const Vector3d a = train.car(0).velocity;
+    train.to(4.0);
+    const Vector3d moved = train.car(0).velocity - a, down(0.0, std::cos(angle), -std::sin(angle));
+    const double expected = kGravity * (std::sin(angle) - mu * std::cos(angle));
+    if (mu < slope) EXPECT_NEAR(moved.dot(down) / 2.0 / expected, 1.0, 0.02);
+    else EXPECT_LT(train.car(0).velocity.norm(), 1e-5);
+  }
+}
+
+// Couplers
+
+/// Two cars in the air, the trail car that much higher.
+std::vector<SpatialMotion> in_steps(double rise) {
+  return {at(kAloft), at(kAloft + Vector3d(-test::kPitch, 0.0, rise))};
+}
+/// Broken after a step.
+std::vector<BrokenCoupler> broken(const inputs::Scenario& s, double rise) {
+  Train train(s, in_steps(rise));
+  train.step();
+  return train.incidents().broken;
+}
+
+TEST(SpatialCoupler, AShelfHoldsItsForce) {
+  inputs::Scenario s = spatial(2, 1e-5);
+  s.coupler.pitch_stiffness = inputs::Coupler{}.pitch_stiffness;
+  const double length = s.coupler.length, hold = s.coupler.vertical_hold;
+  EXPECT_NEAR(hold, 200e3 * inputs::kPoundForce, 1.0);
+  // Both ends' moments over the length of the bar, upwards.
+  const auto force = [&](double rise) {
+    const double gap = std::hypot(length, rise), angle = std::asin(rise / gap);
+    return 2.0 * s.coupler.pitch_stiffness * (angle - s.coupler.pitch_limit) / gap * std::cos(angle);
+  };
+  double low = 0.0, high = 0.5;
+  for (int i = 0; i < 60; ++i) (force(0.5 * (low + high)) < hold ? low : high) = 0.5 * (low + high);
+  EXPECT_TRUE(broken(s, 0.99 * low).empty());
+  const std::vector<BrokenCoupler> found = broken(s, 1.01 * low);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].by, By::vertical);
+}
+
+TEST(SpatialCoupler, TypeESlipsAtItsHeight) {
+  inputs::Scenario s = spatial(2, 1e-5);
+  s.coupler.slip_height = 0.25;
+  s.coupler.vertical_hold = kInfinity;
+  EXPECT_TRUE(broken(s, 0.249).empty());
+  const std::vector<BrokenCoupler> found = broken(s, 0.251);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].by, By::slip);
+}
+
+TEST(SpatialCoupler, ACarThatGoesOverTakesItsNeighbourAlong) {
+  for (const bool bound : {true, false}) {
+    inputs::Scenario s = spatial(2, 5e-4);
+    if (bound) s.coupler.roll_stiffness = inputs::Coupler{}.roll_stiffness;
+    std::vector<SpatialMotion> cars = in_steps(0.0);
+    cars[0] = at(cars[0].centre, Matrix3d::Identity(), Vector3d::Zero(), {0.5, 0.0, 0.0});
+    Train train(s, cars);
+    train.to(3.0);
+    EXPECT_NEAR(train.roll(0) + train.roll(1), 1.5, 0.01);
+    if (bound) {
+      EXPECT_GT(train.roll(1), 0.5);
+    } else {
+      EXPECT_NEAR(train.roll(1), 0.0, 1e-9);
+    }
+  }
+}
+
+/// Two cars in the air with every stop of their coupler engaged.
+inputs::Scenario all_stops(double step) {
+  inputs::Scenario s = test::accident(2);
+  s.model = inputs::Model::spatial;
+  s.contact.law = inputs::ContactLaw::none;
+  s.coupler.damping_ratio = 0.2;
+  s.coupler.break_swing = s.coupler.break_draft = kInfinity;
+  s.coupler.vertical_hold = s.coupler.break_twist = kInfinity;
+  s.solver.fixed_step = step;
+  return s;
+}
+std::vector<SpatialMotion> twisted() {
+  const Matrix3d lead = turned(0.3, {0.2, 0.4, 1.0}), trail = turned(-0.6, {1.0, 0.3, 0.5});
+  const double half = 0.5 * 55.0 * kFoot, below = 33.0 / 12.0 * kFoot - 2.22;
+  const Vector3d pin = kAloft - lead * Vector3d(half, 0.0, -below);
+  const Vector3d next = pin - Vector3d(1.28, 0.05, 0.02) - trail * Vector3d(half, 0.0, below);
+  return {at(kAloft, lead, {1.0, 0.0, 0.5}, {0.3, 0.1, -0.2}), at(next, trail, {2.0, 0.3, 0.0}, {-0.2, 0.2, 0.1})};
+}
+
+TEST(SpatialCoupler, KeepsTheEnergyOfItsStops) {
+  double drift[2];
+  for (const int i : {0, 1}) {
+    Train train(all_stops(i == 0 ? 2e-4 : 1e-4), twisted());
+    const model::EnergyLedger before = train.energy();
+    EXPECT_GT(before.coupler_swing, 1e4);
+    const double all = before.total() - before.height;
+    drift[i] = 0.0;
+    train.to(0.5, [&] {
+      const model::EnergyLedger e = train.energy();
+      drift[i] = std::max(drift[i], std::abs(e.total() - before.total()) / all);
+    });
+  }
+  EXPECT_LT(drift[0], 2e-3);
+  EXPECT_NEAR(drift[0] / drift[1], 2.0, 0.7);
+}
+
+// Momentum: of two cars that act on each other, but for what weight gives.
+
+void expect_momentum_kept(Train& train) {
+  const double h = 1e-3;
+  for (int i = 0; i < 20; ++i) {
+    const model::SpatialMomentum before = train.momentum();
+    Vector3d pull = Vector3d::Zero(), turn = Vector3d::Zero();
+    double size = 0.0, turning = 0.0;
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      const model::Car& car = train.model().cars()[static_cast<std::size_t>(k)];
+      const Vector3d weight(0.0, 0.0, -car.weight * h);
+      const SpatialMotion q = train.car(k);
+      pull += weight;
+      turn += q.centre.cross(weight);
+      size += car.mass * q.velocity.norm();
+      turning += q.centre.norm() * car.mass * q.velocity.norm();
+    }
+    train.step();
+    const model::SpatialMomentum after = train.momentum();
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR((after.linear - before.linear - pull)[c] / size, 0.0, 1e-12);
+      EXPECT_NEAR((after.angular - before.angular - turn)[c] / turning, 0.0, 1e-12);
+    }
+  }
+}
+
+TEST(SpatialMomentum, OfACoupler) {
+  Train train(all_stops(1e-3), twisted());
+  const Vector3d before = train.car(0).velocity;
+  expect_momentum_kept(train);
+  EXPECT_GT((train.car(0).velocity - before).norm(), 0.1);
+}
+
+TEST(SpatialMomentum, OfAContact) {
+  inputs::Scenario s = test::accident(2);
+  s.model = inputs::Model::spatial;
+  s.solver.fixed_step = 1e-3;
+  s.coupler = spatial(2).coupler;
+  const Matrix3d lead = turned(0.3, {0.2, 0.4, 1.0}), trail = turned(-0.9, {1.0, 0.3, 0.5});
+  Train train(s, {at(kAloft, lead, {0.0, 0.0, 2.0}, {0.3, 0.1, -0.2}),
+                  at(kAloft + Vector3d(2.0, 0.5, 2.4), trail, {1.0, 2.0, -3.0}, {-0.2, 0.2, 0.1})});
+  const Vector3d before = train.car(0).velocity;
+  expect_momentum_kept(train);
+  EXPECT_EQ(train.incidents().impacts.size(), 1U);
+  EXPECT_GT((train.car(0).velocity - before).norm(), 0.2);
+  EXPECT_GT(train.energy().work_impact_friction, 1e3);
+  EXPECT_GT(train.car(1).body_rates.norm(), 0.3);
+}
+
+// Whole runs
+
+inputs::Scenario everything(int cars, double step) {
+  inputs::Scenario s = test::accident(cars);
+  s.model = inputs::Model::spatial;
+  s.track.grade = -0.01;
+  s.track.curves = {{-400.0, 700.0, 1.0 / 600.0}};
+  s.terrain.bank_left = 2.0;
+  s.terrain.bank_right = -1.0;
+  s.contact.crush_force = 1.2e6 * inputs::kPoundForce;
+  s.initial.cars_ahead = 5;
+  s.initial.perturbation.seed = 4;
+  s.solver.fixed_step = step;
+  s.stop.speed = 0.01;
+  s.stop.time_max = 100.0;
+  return s;
+}
+
+TEST(SpatialRun, EnergyIsAccountedFor) {
+  for (const double step : {2e-3, 5e-4}) {
+    simulation::Simulation sim(everything(30, step));
+    sim.run();
+    const outcome::Outcome o = sim.outcome();
+    EXPECT_EQ(o.ended, outcome::Ended::at_rest) << step << ' ' << o.energy.kinetic();
+    EXPECT_LT(o.energy_residual, step == 2e-3 ? 1e-4 : 3e-5);
+    const model::EnergyLedger& e = o.energy;
+    for (const double taken : {e.work_on_track, e.work_off_track, e.work_rails, e.work_coupler_damping,
+                               e.work_truck_damping, e.work_body_ground, e.work_impact_normal, e.work_impact_friction})
+      EXPECT_GT(taken / o.energy_initial, 1e-5);
+    EXPECT_LT(e.work_grade, 0.0);
+    EXPECT_LT(e.height, 0.0);
+  }
+}
+
+TEST(SpatialRun, APileComesToRest) {
+  inputs::Scenario s = test::accident(60);
+  s.model = inputs::Model::spatial;
+  s.terrain.bank_left = 2.0;
+  Train train(s);
+  train.to(90.0);
+  int over = 0;
+  std::vector<Vector3d> places;
+  for (Eigen::Index k = 0; k < 60; ++k) {
+    places.push_back(train.car(k).centre);
+    if (train.model().derailed(k) && train.car(k).axes(2, 2) < 0.5) ++over;
+  }
+  EXPECT_GT(over, 3);
+  EXPECT_LT(train.energy().kinetic(), 1e-3);
+  train.to(110.0);
+  for (Eigen::Index k = 0; k < 60; ++k)
+    EXPECT_LT((train.car(k).centre - places[static_cast<std::size_t>(k)]).norm(), 1e-4) << k;
+  EXPECT_LT(train.energy().kinetic(), 1e-6);
+}
+
+TEST(SpatialRun, MirroredIsTheMirrorImage) {
+  inputs::Scenario s = test::accident(12);
+  s.model = inputs::Model::spatial;
+  s.initial.perturbation.kick = s.initial.perturbation.alignment = 0.0;
+  s.terrain.bank_left = 2.0;
+  s.track.curves = {{-300.0, 500.0, 1.0 / 500.0}};
+  inputs::Scenario m = s;
+  m.initial.yaw_rate *= -1.0;
+  std::swap(m.terrain.bank_left, m.terrain.bank_right);
+  m.track.curves[0].curvature *= -1.0;
+  Train train(s), mirrored(m);
+  train.to(5.0);
+  mirrored.to(5.0);
+  double turned_most = 0.0;
+  for (Eigen::Index k = 0; k < 12; ++k) {
+    const SpatialMotion a = train.car(k), b = mirrored.car(k);
+    EXPECT_LT((a.centre - b.centre.cwiseProduct(Vector3d(1.0, -1.0, 1.0))).norm(), 1e-6) << k;
+    EXPECT_NEAR(a.axes(2, 1), -b.axes(2, 1), 1e-6);
+    EXPECT_NEAR(a.axes(1, 0), -b.axes(1, 0), 1e-6);
+    turned_most = std::max(turned_most, std::abs(a.axes(2, 1)));
+  }
+  EXPECT_GT(train.incidents().impacts.size(), 0U);
+  EXPECT_GT(turned_most, 0.02);
+}
+
+TEST(SpatialRun, MovedAndTurnedIsTheSame) {
+  // Off the rails on level ground, where no place differs from another.
+  inputs::Scenario s = test::accident(3);
+  s.model = inputs::Model::spatial;
+  s.ground.off_track_law = inputs::OffTrackLaw::coulomb;
+  s.initial.perturbation = {};
+  const double ground = height_of(s) - s.terrain.rail_height;
+  std::vector<SpatialMotion> cars;
+  for (int k = 0; k < 3; ++k)
+    cars.push_back(at({100.0 - 15.0 * k, 6.0 * k, ground}, turned(0.3 + 0.4 * k, Vector3d::UnitZ()),
+                      {8.0 + 4.0 * k, 2.0 - 3.0 * k, 0.0}, {1.5, 0.0, 0.4}));
+  s.coupler.swing_stiffness = s.coupler.roll_stiffness = s.coupler.pitch_stiffness = 0.0;
+  s.coupler.break_swing = kInfinity;
+  s.coupler.break_draft = 0.0001;
+  const Matrix3d turn = turned(2.0, Vector3d::UnitZ());
+  const Vector3d shift(300.0, -700.0, 0.0);
+  std::vector<SpatialMotion> moved = cars;
+  for (SpatialMotion& q : moved)
+    q = at(shift + turn * q.centre, turn * q.axes, turn * q.velocity, q.body_rates);
+  Train here(s, cars), there(s, moved);
+  here.to(2.0);
+  there.to(2.0);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const SpatialMotion a = here.car(k), b = there.car(k);
+    EXPECT_LT((shift + turn * a.centre - b.centre).norm(), 1e-6) << k;
+    EXPECT_LT((turn * a.axes - b.axes).norm(), 1e-6);
+  }
+  EXPECT_GT(here.incidents().impacts.size(), 0U);
+}
+
+TEST(SpatialRun, FlatAndStiffMovesAsInThePlane) {
+  inputs::Scenario plane = test::accident(15);
+  plane.model = inputs::Model::extended;
+  plane.initial.perturbation.kick = 0.0;
+  inputs::Scenario space = plane;
+  space.model = inputs::Model::spatial;
+  space.terrain.rail_height = 0.0;
+  space.suspension.half_base = 1.5;
+  space.suspension.damping_ratio = 0.5;
+  for (inputs::CarBlock& b : space.consist) b.centre_height = 0.2;
+  space.coupler.height = 0.2;
+  test::Train flat(plane);
+  Train train(space);
+  for (const double t : {0.5, 1.0, 2.0}) {
+    flat.to(t);
+    train.to(t);
+    for (Eigen::Index k = 0; k < 15; ++k) {
+      const SpatialMotion q = train.car(k);
+      const test::CarMotion p = flat.car(k);
+      EXPECT_NEAR(q.centre.x(), p.x, 0.03 * t * t) << k << " at " << t;
+      EXPECT_NEAR(q.centre.y(), p.y, 0.03 * t * t) << k << " at " << t;
+      EXPECT_NEAR(std::atan2(q.axes(1, 0), q.axes(0, 0)), p.theta, 0.01 * t * t) << k << " at " << t;
+    }
+    EXPECT_EQ(train.incidents().derailments.size(), flat.incidents().derailments.size());
+  }
+  EXPECT_GT(train.incidents().derailments.size(), 2U);
+}
+
+TEST(SpatialRun, GoesOnFromACheckpointBitForBit) {
+  inputs::Scenario s = everything(20, 2e-3);
+  simulation::Simulation whole(s);
+  whole.advance(7.0);
+  const simulation::Checkpoint saved = whole.checkpoint();
+  whole.advance(15.0);
+  simulation::Simulation resumed(s, saved);
+  resumed.advance(15.0);
+  EXPECT_GT(whole.outcome().cars_derailed, 3);
+  EXPECT_EQ((whole.state() - resumed.state()).cwiseAbs().maxCoeff(), 0.0);
+}
+
+TEST(SpatialRun, ATooLongStepIsRefused) {
+  inputs::Scenario s = test::accident(5);
+  s.model = inputs::Model::spatial;
+  const double longest = model::step_limits(s).front().step_max;
+  EXPECT_GT(longest, 2e-3);
+  s.solver.fixed_step = 1.01 * longest;
+  EXPECT_THROW(simulation::Simulation{s}, inputs::InputError);
+  s.solver.fixed_step = 0.99 * longest;
+  EXPECT_NO_THROW(simulation::Simulation{s});
+  // Each new mechanism may be what limits the step.
+  for (const auto& stiffen : std::vector<std::function<void()>>{
+           [&] { s.suspension.stiffness = 1e12; }, [&] { s.terrain.body_stiffness = 1e12; },
+           [&] { s.coupler.pitch_stiffness = 1e12; }, [&] { s.coupler.roll_stiffness = 1e12; }}) {
+    const inputs::Scenario kept = s;
+    stiffen();
+    EXPECT_THROW(simulation::Simulation{s}, inputs::InputError);
+    s = kept;
+  }
+}
+
+}  // namespace
+}  // namespace train_derail
