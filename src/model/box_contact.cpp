@@ -244,4 +244,12 @@ BoxManifold press(const Box& a, const Box& b, int previous_axis) {
   return m;
 }
 
+double gap(const Box& a, const Box& b) {
+  const Vector3d between = a.centre - b.centre;
+  const Matrix3d reach = (a.axes.transpose() * b.axes).cwiseAbs();
+  const Vector3d of_a = (a.axes.transpose() * between).cwiseAbs() - a.half - reach * b.half;
+  const Vector3d of_b = (b.axes.transpose() * between).cwiseAbs() - b.half - reach.transpose() * a.half;
+  return std::max({of_a.maxCoeff(), of_b.maxCoeff(), 0.0});
+}
+
 }  // namespace train_derail::model

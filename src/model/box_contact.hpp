@@ -41,4 +41,7 @@ struct BoxManifold {
 /// Source: Gottschalk, Lin, Manocha: OBBTree, SIGGRAPH 1996 (the axes).
 BoxManifold press(const Box& a, const Box& b, int previous_axis = -1);
 
+/// How far two boxes are apart at least [m]: the widest gap along an axis of either; 0 if there is none along these.
+double gap(const Box& a, const Box& b);
+
 }  // namespace train_derail::model

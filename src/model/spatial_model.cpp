@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Geometry>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 
@@ -11,7 +12,7 @@
 #include "model/box_contact.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
-#include "model/rotation.hpp"
+#include "model/spatial_kernels.hpp"
 #include "model/terrain.hpp"
 #include "simd/instruction_sets.hpp"
 #include "train_derail/inputs/extent.hpp"
@@ -30,49 +31,24 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr Versions<ExtendedKernels> kVersions TRAIN_DERAIL_VERSIONS(kExtended);
-
-/// Columns of a state.
-enum Column { SX, SY, SZ, TURN_X, TURN_Y, TURN_Z, SVX, SVY, SVZ, ROLL_RATE, PITCH_RATE, YAW_RATE, QX, QY, QZ, QW };
+constexpr Versions<SpatialKernels> kSpatialVersions TRAIN_DERAIL_VERSIONS(kSpatial);
 
 /// Where what a force takes is put in the ledger. What is stored comes from the state.
-enum Account {
-  ON_TRACK,
-  RAILS,
-  OFF_TRACK,
-  GRADE,
-  TRUCK_DAMPING,
-  COUPLER_DAMPING,
-  BODY_GROUND,
-  IMPACT_NORMAL,
-  IMPACT_FRICTION,
-  kAccounts
-};
+enum Account { OFF_TRACK, TRUCK_DAMPING, BODY_GROUND, IMPACT_NORMAL, IMPACT_FRICTION, kAccounts };
 constexpr std::array<double EnergyLedger::*, kAccounts> kTaken{
-    &EnergyLedger::work_on_track,    &EnergyLedger::work_rails,         &EnergyLedger::work_off_track,
-    &EnergyLedger::work_grade,       &EnergyLedger::work_truck_damping, &EnergyLedger::work_coupler_damping,
-    &EnergyLedger::work_body_ground, &EnergyLedger::work_impact_normal, &EnergyLedger::work_impact_friction};
+    &EnergyLedger::work_off_track, &EnergyLedger::work_truck_damping, &EnergyLedger::work_body_ground,
+    &EnergyLedger::work_impact_normal, &EnergyLedger::work_impact_friction};
 
 struct Wrench {
   Vector3d force, torque;  // N; about the centre of mass, world frame [N m]
 };
 
-/// All that acts on a car in a step.
-struct Loads {
-  Wrench sum;
-  unsigned used;                     // accounts below that are not empty
-  std::array<Wrench, kAccounts> of;  // of what is not stored
+/// What acts on a car in a step and is not of the rails or a coupler, by account.
+struct Accounts {
+  unsigned used;  // those that are not empty
+  std::array<Wrench, kAccounts> of;
 
-  void clear() {
-    sum = {Vector3d::Zero(), Vector3d::Zero()};
-    used = 0;
-  }
-  void add(const Vector3d& force, const Vector3d& torque) {
-    sum.force += force;
-    sum.torque += torque;
-  }
-  void push(const Vector3d& force, const Vector3d& arm) { add(force, arm.cross(force)); }
   void add(Account a, const Vector3d& force, const Vector3d& torque) {
-    add(force, torque);
     Wrench& w = of[a];
     if ((used & 1U << a) != 0) {
       w.force += force;
@@ -82,7 +58,6 @@ struct Loads {
       used |= 1U << a;
     }
   }
-  void push(Account a, const Vector3d& force, const Vector3d& arm) { add(a, force, arm.cross(force)); }
 };
 
 /// A car that does not change.
@@ -93,9 +68,7 @@ struct Body {
   Vector3d box_centre, box_half;  // of the body, from the centre of mass
   double centre_height;
   double spring, spring_damping, sag;  // of a side of a truck; how far it is pressed at rest
-  double rail_damping;
   double ground_damping;
-  double radius;  // of a sphere about the centre of mass, around the body
 };
 
 /// Energy of a stop that begins at `limit`, at most a moment `max`.
@@ -120,20 +93,10 @@ struct Pair {
   int axis = -1;
   double crushed = 0.0;
   Vector3d sheared = Vector3d::Zero();  // how far friction has been strained
+  double apart = 0.0;                   // at least [m]
   int impact = -1;
   double seen = 0.0;
 };
-
-SpatialMotion motion_of(const double* y, std::size_t n, std::size_t car) {
-  const auto at = [&](Column c) { return y[static_cast<std::size_t>(c) * n + car]; };
-  SpatialMotion m;
-  m.centre = {at(SX), at(SY), at(SZ)};
-  m.axes = Eigen::Quaterniond(at(QW), at(QX), at(QY), at(QZ)).toRotationMatrix();
-  m.velocity = {at(SVX), at(SVY), at(SVZ)};
-  m.body_rates = {at(ROLL_RATE), at(PITCH_RATE), at(YAW_RATE)};
-  m.rotation = m.axes * m.body_rates;
-  return m;
-}
 
 }  // namespace
 
@@ -144,13 +107,10 @@ struct SpatialModel::Parts {
         step(s.solver.fixed_step.value_or(0.0)),
         level(s.terrain.bank_left == 0.0 && s.terrain.bank_right == 0.0),
         highest_ground(-s.terrain.rail_height - std::min({s.terrain.bank_left, s.terrain.bank_right, 0.0})),
-        grade(s.track.grade / std::sqrt(1.0 + s.track.grade * s.track.grade)),
-        tan_swing(quick_tangent(std::min(s.coupler.swing_limit, s.coupler.break_swing))),
-        sin_pitch(s.coupler.pitch_limit < 0.5 * M_PI ? std::sin(s.coupler.pitch_limit) : 1.0),
-        cos_roll(s.coupler.roll_limit < M_PI ? std::cos(s.coupler.roll_limit) : -1.0),
         cos_part(s.suspension.part_angle < M_PI ? std::cos(s.suspension.part_angle) : -2.0),
         track(s, inputs::track_extent(s).from, inputs::track_extent(s).to),
         loops(*kVersions.choose(owner.car_count(), "")),
+        wide(*kSpatialVersions.choose(owner.car_count(), "")),
         brakes(s, owner.cars(), loops) {
     for (const Car& c : owner.cars()) {
       Body b;
@@ -165,27 +125,35 @@ struct SpatialModel::Parts {
       b.spring = s.suspension.stiffness;
       b.spring_damping = side_damping(s.suspension, c.mass);
       b.sag = 0.25 * c.weight / b.spring;
-      b.rail_damping = rail_damping(s.rails, c.mass);
       b.ground_damping = ground_damping(s.terrain, c.mass);
-      b.radius = b.box_half.norm() + b.box_centre.norm();
+      radius.push_back(b.box_half.norm() + b.box_centre.norm());
       bodies.push_back(b);
+      rail_dampings.push_back(rail_damping(s.rails, c.mass));
     }
     const std::size_t trucks = 2 * n;
-    on_rails.assign(trucks, true);
     lost.assign(trucks, false);
     past.assign(n, false);
     first_cause.assign(n, Cause::none);
-    for (auto* a : {&arc, &overloaded, &lateral, &lateral_before, &kick}) a->assign(trucks, 0.0);
-    for (auto* a : {&braked, &braked_next}) a->assign(trucks, 0.0);
-    load.assign(2 * trucks, 0.0);
-    loads.resize(n);
-    now.resize(n);
-    before.resize(n);
-    spin.resize(n);
+    for (auto* a : {&arc, &offset, &overloaded, &lateral, &lateral_before, &kick, &braked, &braked_next, &load,
+                    &leaning, &brake, &damper, &rocker, &place_x, &place_y})
+      a->assign(trucks, 0.0);
+    on_rails.assign(trucks, 1.0);
+    tangent_x.assign(trucks, 1.0);
+    tangent_y.assign(trucks, 0.0);
+    for (auto* a : {&axes, &axes_before}) a->assign(9 * n, 0.0);
+    for (auto* a : {&rotation, &spin, &force, &torque, &mean_rotation}) a->assign(3 * n, 0.0);
+    for (auto* a : {&bars, &about_lead, &about_trail}) a->assign(3 * (n + 1), 0.0);
+    for (auto* a : {&pin_axial, &pin_damper}) a->assign(n + 1, 0.0);
+    accounts.resize(n);
+    swirl.assign(n, 0.0);
+    cars.resize(n);
+    seen_at.assign(n, 0);
     lies.assign(n, false);
     sheared.assign(kPoints * n, Vector3d::Zero());
     sheared_next = sheared;
-    alive.assign(n > 0 ? n - 1 : 0, true);
+    alive.assign(n > 0 ? n - 1 : 0, 1.0);
+    far.assign(alive.size(), 0.0);
+    rise.assign(alive.size(), 0.0);
     axial = ArrayX::Zero(owner.coupler_count());
     damping.resize(alive.size());
     for (std::size_t i = 0; i < alive.size(); ++i)
@@ -197,51 +165,124 @@ struct SpatialModel::Parts {
       for (const std::size_t truck : {k, n + k}) kick[truck] = s.initial.perturbation.kick * normal(generator);
     }
     for (std::size_t k = 0; k < n; ++k) by_x.push_back(static_cast<int>(k));
+    for (const Body& b : bodies) {
+      const double values[] = {b.half_length, b.half_spacing, b.centre_height,  b.weight,
+                               1.0 / b.mass,  b.sag,          b.spring_damping, b.ground_damping};
+      for (std::size_t c = 0; c < constants.size(); ++c) constants[c].push_back(values[c]);
+    }
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      for (const Body& b : bodies) inertia.push_back(b.inertia[c]);
+    }
+    find_arrays();
   }
 
-  static double quick_tangent(double angle) { return angle < 0.5 * M_PI ? std::tan(angle) : inputs::kInfinity; }
+  /// What the loops see.
+  void find_arrays() {
+    SpatialArrays& a = arrays;
+    a.cars = static_cast<std::ptrdiff_t>(n);
+    a.coupler = &scenario.coupler;
+    a.rails = &scenario.rails;
+    a.spring = scenario.suspension.stiffness;
+    a.half_base = scenario.suspension.half_base;
+    a.brake_stiffness = scenario.terrain.body_stiffness;
+    a.step = step;
+    a.grade = scenario.track.grade / std::sqrt(1.0 + scenario.track.grade * scenario.track.grade);
+    a.straight = track.straight();
+    const inputs::Coupler& law = scenario.coupler;
+    const double swing = std::min(law.swing_limit, law.break_swing);
+    a.tan_swing = swing < 0.5 * M_PI ? std::tan(swing) : inputs::kInfinity;
+    a.sin_pitch = law.pitch_limit < 0.5 * M_PI ? std::sin(law.pitch_limit) : 1.0;
+    a.cos_roll = law.roll_limit < M_PI ? std::cos(law.roll_limit) : -1.0;
+    const double** columns[] = {&a.half_length,  &a.half_spacing, &a.centre_height,  &a.weight,
+                                &a.inverse_mass, &a.sag,          &a.spring_damping, &a.brake_damping};
+    for (std::size_t c = 0; c < constants.size(); ++c) *columns[c] = constants[c].data();
+    a.rail_damping = rail_dampings.data();
+    a.inertia = inertia.data();
+    a.brake_share = brakes.share().data();
+    a.rotation = rotation.data();
+    a.spin = spin.data();
+    a.force = force.data();
+    a.torque = torque.data();
+    a.on_rails = on_rails.data();
+    a.offset = offset.data();
+    a.tangent_x = tangent_x.data();
+    a.tangent_y = tangent_y.data();
+    a.load = load.data();
+    a.leaning = leaning.data();
+    a.brake = brake.data();
+    a.damper = damper.data();
+    a.rocker = rocker.data();
+    a.alive = alive.data();
+    a.damping = damping.data();
+    a.axial = axial.data();
+    a.pin_axial = pin_axial.data();
+    a.pin_damper = pin_damper.data();
+    a.bar = bars.data();
+    a.about_lead = about_lead.data();
+    a.about_trail = about_trail.data();
+    a.far = far.data();
+    a.rise = rise.data();
+    a.mean_rotation = mean_rotation.data();
+    find_swapped();
+  }
+  /// Of columns that change places from step to step.
+  void find_swapped() {
+    arrays.axes = axes.data();
+    arrays.axes_before = axes_before.data();
+    arrays.braked = braked.data();
+    arrays.braked_next = braked_next.data();
+    arrays.lateral = lateral.data();
+  }
 
   const inputs::Scenario scenario;
   const std::size_t n;
   const double step;
   const bool level;
-  const double highest_ground, grade;
-  const double tan_swing, sin_pitch, cos_roll, cos_part;  // of angles below which nothing has to be looked at closely
+  const double highest_ground, cos_part;
   Track track;
   const ExtendedKernels& loops;
+  const SpatialKernels& wide;
   AirBrakes brakes;
   Record record;
   std::vector<Body> bodies;
+  std::array<std::vector<double>, 8> constants;  // the same by columns
+  std::vector<double> rail_dampings, radius;     // radius: of a sphere about the centre of mass, around the body
+  SpatialArrays arrays;
+  std::vector<double> inertia, axes, axes_before, rotation, spin, force, torque, mean_rotation;
 
-  // Trucks: the front trucks of all cars, then the rear ones; wheels: right and left of each truck.
-  std::vector<char> on_rails, lost, past;
+  // Trucks: the front trucks of all cars, then the rear ones; SpatialArrays has the forces.
+  std::vector<char> lost, past;
   std::vector<Cause> first_cause;
-  std::vector<double> arc, overloaded, lateral, lateral_before, kick, load;
-  std::size_t ordered = 0;
+  std::vector<double> on_rails, arc, offset, tangent_x, tangent_y, place_x, place_y, overloaded, lateral,
+      lateral_before, kick;
+  std::vector<double> load, leaning, brake, damper, rocker, braked, braked_next;
+  std::size_t ordered = 0, standing = 0;  // derailments in order; the first of the last cars that stand on the rails
 
   // How far friction with the ground has strained it, kPoints a car [m]; the next values belong to the forces found.
   std::vector<Vector3d> sheared, sheared_next;
-  std::vector<double> braked, braked_next;  // the same for brakes, a truck each [m]
-  std::vector<char> lies;                   // anything of the car is on the ground
+  std::vector<char> lies;  // anything of the car is on the ground
 
   // Couplers.
-  std::vector<char> alive;
   ArrayX axial;
-  std::vector<double> damping;
+  std::vector<double> alive, damping, far, rise, bars, about_lead, about_trail, pin_axial, pin_damper;
   struct Stops {
-    double swing = 0.0, moment = 0.0, vertical = 0.0, twist = 0.0, height = 0.0;
+    bool engaged = false;
+    double swing = 0.0, moment = 0.0, vertical = 0.0, twist = 0.0;
   };
   std::vector<Stops> stops;  // what may break or slip, as found last
 
-  std::vector<Loads> loads;                // of the step
-  std::vector<Vector3d> spin;              // angular momentum along the car's axes, with what the step has added
-  std::vector<SpatialMotion> now, before;  // at the state known last, and a step before
+  std::vector<Accounts> accounts;  // of what acts on the cars in the step beside the wide loops
+  const double* state = nullptr;   // known last; its cars are taken out when they are looked at
+  mutable std::vector<SpatialMotion> cars;
+  mutable std::vector<std::int64_t> seen_at;
+  std::int64_t moment = 0;
   bool forces_found = false;
 
   // Bodies that touch.
   std::vector<int> by_x;
   std::vector<Pair> pairs, old_pairs;
   double moved = inputs::kInfinity;
+  std::vector<double> swirl;  // speed of the farthest point of a body about its centre [m/s]
 
   std::size_t truck_of(std::size_t car, bool front) const { return front ? car : n + car; }
   std::size_t car_of(std::size_t truck) const { return truck < n ? truck : truck - n; }
@@ -252,8 +293,22 @@ struct SpatialModel::Parts {
   /// From the centre of mass to the middle of a truck at the top of the rails, along the car's axes.
   Vector3d truck_place(std::size_t truck) const { return {arm_of(truck), 0.0, -bodies[car_of(truck)].centre_height}; }
 
-  void load_motions(const double* y) {
-    for (std::size_t k = 0; k < n; ++k) now[k] = motion_of(y, n, k);
+  /// The state from now on.
+  void look(const double* y) {
+    state = y;
+    ++moment;
+  }
+  const SpatialMotion& at(std::size_t car) const {
+    SpatialMotion& m = cars[car];
+    if (seen_at[car] == moment) return m;
+    seen_at[car] = moment;
+    const auto three = [&](const double* first) { return Vector3d(first[car], first[n + car], first[2 * n + car]); };
+    m.centre = three(state + SX * n);
+    m.velocity = three(state + SVX * n);
+    m.body_rates = three(state + ROLL_RATE * n);
+    for (Eigen::Index c = 0; c < 3; ++c) m.axes.col(c) = three(axes.data() + static_cast<std::size_t>(3 * c) * n);
+    m.rotation = three(rotation.data());
+    return m;
   }
 
   /// Ground under a point: height and the upward vector (not of length 1) along which it pushes.
@@ -274,87 +329,35 @@ struct SpatialModel::Parts {
     return {g.z, {g.slope * node.tangent.y(), -g.slope * node.tangent.x(), 1.0}};
   }
 
-  Vector3d wheel(std::size_t truck, bool left) const {
+  Vector3d wheel(const SpatialMotion& q, std::size_t truck, bool left) const {
     const double half_base = scenario.suspension.half_base;
-    return now[car_of(truck)].point(truck_place(truck) + Vector3d(0.0, left ? half_base : -half_base, 0.0));
+    return q.point(truck_place(truck) + Vector3d(0.0, left ? half_base : -half_base, 0.0));
   }
 
-  /// How far the spring of a side of a truck is pressed.
-  double pressed(std::size_t truck, const Vector3d& place) const {
-    const double z = on_rails[truck] ? 0.0 : ground_under(place, arc[truck]).z;
-    return bodies[car_of(truck)].sag - (place.z() - z);
-  }
-
-  void on_track(std::size_t truck, double brake_share) {
-    const std::size_t car = car_of(truck);
-    const Body& b = bodies[car];
-    const SpatialMotion& q = now[car];
-    Loads& sum = loads[car];
-    const Vector3d arm = q.axes * truck_place(truck), side = scenario.suspension.half_base * q.axes.col(1);
-    const Vector3d velocity = q.velocity + q.rotation.cross(arm);
-    Vector2 tangent = Vector2::UnitX(), centre_line(arc[truck], 0.0);
-    if (!track.straight()) {
-      const Track::Node node = track.at(arc[truck]);
-      tangent = node.tangent;
-      centre_line = node.point;
+  void add(std::size_t car, const Vector3d& f, const Vector3d& t) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      force[c * n + car] += f[static_cast<Eigen::Index>(c)];
+      torque[c * n + car] += t[static_cast<Eigen::Index>(c)];
     }
-    const Vector3d along(tangent.x(), tangent.y(), 0.0), across(-tangent.y(), tangent.x(), 0.0);
-    const double rise = q.centre.z() + arm.z();
-    // Right and left: springs and dampers, upwards.
-    double stored[2], total[2];
-    for (const int left : {0, 1}) {
-      const double sign = left != 0 ? 1.0 : -1.0;
-      const double depth = b.sag - (rise + sign * side.z());
-      const double rate = velocity.z() + sign * (q.rotation.x() * side.y() - q.rotation.y() * side.x());
-      stored[left] = std::max(b.spring * depth, 0.0);
-      total[left] = depth > 0.0 ? std::max(stored[left] - b.spring_damping * rate, 0.0) : 0.0;
-      load[2 * truck + static_cast<std::size_t>(left)] = total[left];
-    }
-    const auto lift = [&](double right, double left) {
-      const double both = right + left, more = left - right;
-      return Wrench{{0.0, 0.0, both}, {arm.y() * both + side.y() * more, -(arm.x() * both + side.x() * more), 0.0}};
-    };
-    const Wrench spring = lift(stored[0], stored[1]), damper = lift(total[0] - stored[0], total[1] - stored[1]);
-    sum.add(spring.force, spring.torque);
-    sum.add(TRUCK_DAMPING, damper.force, damper.torque);
-    const double carried = total[0] + total[1];
-    // Brakes hold a train that stands: what they are strained gives way at their limit.
-    const double stiffness = scenario.terrain.body_stiffness, limit = brake_share * carried,
-                 speed = velocity.dot(along);
-    const double strain = braked[truck] + step * speed, pull = -stiffness * strain - b.ground_damping * speed;
-    const double brake = std::clamp(pull, -limit, limit);
-    braked_next[truck] = pull == brake ? strain : brake / -stiffness;
-    sum.push(ON_TRACK, brake * along, arm);
-    // At the top of the rails, sideways.
-    const Vector3d middle = q.centre + arm;
-    const double offset = (middle.x() - centre_line.x()) * across.x() + (middle.y() - centre_line.y()) * across.y();
-    lateral[truck] =
-        rail_force<double>(scenario.rails, b.rail_damping, offset - track.alignment(arc[truck]), velocity.dot(across));
-    sum.push(RAILS, lateral[truck] * across, arm);
+  }
+  void push(std::size_t car, const Vector3d& f, const Vector3d& arm) { add(car, f, arm.cross(f)); }
+  void push(std::size_t car, Account a, const Vector3d& f, const Vector3d& arm) {
+    const Vector3d t = arm.cross(f);
+    add(car, f, t);
+    accounts[car].add(a, f, t);
   }
 
-  void off_track(std::size_t truck) {
-    load[2 * truck] = load[2 * truck + 1] = 0.0;
-    lateral[truck] = 0.0;
+  void off_track(std::size_t truck, std::size_t car) {
     if (lost[truck]) return;
-    const std::size_t car = car_of(truck);
     const Body& b = bodies[car];
-    const SpatialMotion& q = now[car];
-    Loads& sum = loads[car];
-    const Vector3d middle = q.point(truck_place(truck)), velocity = q.velocity_at(middle);
-    Vector2 tangent = Vector2::UnitX(), centre_line(arc[truck], 0.0);
-    if (!track.straight()) {
-      const Track::Node node = track.at(arc[truck]);
-      tangent = node.tangent;
-      centre_line = node.point;
-    }
-    const double offset = (middle.y() - centre_line.y()) * tangent.x() - (middle.x() - centre_line.x()) * tangent.y();
+    const SpatialMotion& q = at(car);
+    const Vector3d velocity = q.velocity_at(q.point(truck_place(truck)));
     double mu = scenario.ground.off_track_friction;
     if (scenario.ground.off_track_law == inputs::OffTrackLaw::by_slip)
-      mu = slip_friction<double>(scenario.ground, velocity.squaredNorm(), velocity.dot(q.axes.col(1)), offset);
-    if (!scenario.ground.patches.empty()) mu *= patch_factor(scenario.ground.patches, arc[truck], offset);
+      mu = slip_friction<double>(scenario.ground, velocity.squaredNorm(), velocity.dot(q.axes.col(1)), offset[truck]);
+    if (!scenario.ground.patches.empty()) mu *= patch_factor(scenario.ground.patches, arc[truck], offset[truck]);
     for (const bool left : {false, true}) {
-      const Vector3d place = wheel(truck, left), arm = place - q.centre;
+      const Vector3d place = wheel(q, truck, left), arm = place - q.centre;
       const Under under = ground_under(place, arc[truck]);
       const double depth = b.sag - (place.z() - under.z);
       const std::size_t point = kPoints * car + (truck < n ? 0 : 2) + (left ? 1 : 0);
@@ -364,11 +367,12 @@ struct SpatialModel::Parts {
       }
       const Vector3d v = q.velocity_at(place);
       const double spring = b.spring * depth, total = std::max(spring - b.spring_damping * v.dot(under.up), 0.0);
-      sum.push(spring * under.up, arm);
-      sum.push(TRUCK_DAMPING, (total - spring) * under.up, arm);
+      push(car, spring * under.up, arm);
+      push(car, TRUCK_DAMPING, (total - spring) * under.up, arm);
       const double carried = total * under.up.norm();
-      load[2 * truck + (left ? 1 : 0)] = carried;
-      sum.push(OFF_TRACK, hold(car, point, under.up, v, mu * carried), arm);
+      load[truck] += carried;
+      leaning[truck] += left ? carried : -carried;
+      push(car, OFF_TRACK, hold(car, point, under.up, v, mu * carried), arm);
     }
   }
 
@@ -390,28 +394,26 @@ struct SpatialModel::Parts {
     return force;
   }
 
-  Vector3d corner(std::size_t car, std::size_t i) const {
-    const Body& b = bodies[car];
+  Vector3d corner(const SpatialMotion& q, const Body& b, std::size_t i) const {
     const Vector3d sign(static_cast<double>(i / 4) - 1.0, (i & 1U) != 0 ? 1.0 : -1.0, (i & 2U) != 0 ? 1.0 : -1.0);
-    return now[car].point(b.box_centre + sign.cwiseProduct(b.box_half));
+    return q.point(b.box_centre + sign.cwiseProduct(b.box_half));
   }
 
   void body_on_ground(std::size_t car) {
     const Body& b = bodies[car];
-    const SpatialMotion& q = now[car];
     // Nothing of the body can reach the ground: the usual case.
-    const Matrix3d& r = q.axes;
-    const double lowest = q.centre.z() + r.row(2).dot(b.box_centre) - r.row(2).cwiseAbs().dot(b.box_half);
+    const Vector3d rise(axes[2 * n + car], axes[5 * n + car], axes[8 * n + car]);
+    const double lowest = state[SZ * n + car] + rise.dot(b.box_centre) - rise.cwiseAbs().dot(b.box_half);
     if (lowest > highest_ground) {
       if (lies[car])
         std::fill_n(sheared_next.begin() + static_cast<std::ptrdiff_t>(kPoints * car + kWheels), kCorners,
                     Vector3d::Zero());
       return;
     }
-    Loads& sum = loads[car];
+    const SpatialMotion& q = at(car);
     for (std::size_t i = 0; i < kCorners; ++i) {
       const std::size_t point = kPoints * car + kWheels + i;
-      const Vector3d place = corner(car, i);
+      const Vector3d place = corner(q, b, i);
       const Under under = place.z() < highest_ground ? ground_under(place, arc[car]) : Under{place.z(), {}};
       const double depth = under.z - place.z();
       if (depth <= 0.0) {
@@ -421,9 +423,10 @@ struct SpatialModel::Parts {
       const Vector3d v = q.velocity_at(place), arm = place - q.centre;
       const double spring = scenario.terrain.body_stiffness * depth;
       const double total = std::max(spring - b.ground_damping * v.dot(under.up), 0.0);
-      sum.push(spring * under.up, arm);
-      sum.push(BODY_GROUND, (total - spring) * under.up, arm);
-      sum.push(OFF_TRACK, hold(car, point, under.up, v, scenario.terrain.body_friction * total * under.up.norm()), arm);
+      push(car, spring * under.up, arm);
+      push(car, BODY_GROUND, (total - spring) * under.up, arm);
+      push(car, OFF_TRACK, hold(car, point, under.up, v, scenario.terrain.body_friction * total * under.up.norm()),
+           arm);
     }
   }
 
@@ -460,10 +463,12 @@ struct SpatialModel::Parts {
   /// False if no stop can be engaged and no swing be near its limit: found without an arc tangent.
   bool turned_far(const SpatialMotion& lead, const SpatialMotion& trail, const Bar& b) const {
     for (const Vector3d& own : b.own) {
-      if (!(own.x() > 0.0 && std::abs(own.y()) <= tan_swing * own.x() && std::abs(own.z()) <= sin_pitch)) return true;
+      if (!(own.x() > 0.0 && std::abs(own.y()) <= arrays.tan_swing * own.x() && std::abs(own.z()) <= arrays.sin_pitch))
+        return true;
     }
     const double a = b.own[0].y(), c = b.own[1].y();
     const double dot = lead.axes.col(1).dot(trail.axes.col(1)) - a * c;
+    const double cos_roll = arrays.cos_roll;
     if (cos_roll <= 0.0) return cos_roll > -1.0;
     return !(dot > 0.0 && dot * dot >= cos_roll * cos_roll * (1.0 - a * a) * (1.0 - c * c));
   }
@@ -484,33 +489,20 @@ struct SpatialModel::Parts {
     return draft_gear_energy(law, std::max(std::abs(b.gap - law.length) - 0.5 * law.slack, 0.0));
   }
 
+  /// What the loops leave of a coupler: stops, and what may break it.
   void couple(std::size_t i) {
-    axial[static_cast<Eigen::Index>(i)] = 0.0;
-    stops[i] = {};
-    if (!alive[i]) return;
-    const inputs::Coupler& law = scenario.coupler;
-    const SpatialMotion &lead = now[i], &trail = now[i + 1];
-    const Bar b = bar(lead, trail, i);
-    const double spring = coupler_spring_force<double>(law, b.gap);
-    const double damper = coupler_damper_force<double>(damping[i], spring, rate(lead, trail, b));
-    axial[static_cast<Eigen::Index>(i)] = spring + damper;
-    if (std::isfinite(law.slip_height)) stops[i].height = std::abs(b.gap * (b.own[0].z() + b.own[1].z()) * 0.5);
-    if (spring != 0.0) {
-      const Vector3d about_lead = b.arm_lead.cross(b.u), about_trail = b.arm_trail.cross(b.u);
-      loads[i].add(spring * b.u, spring * about_lead);
-      loads[i + 1].add(-spring * b.u, -spring * about_trail);
-      loads[i].add(COUPLER_DAMPING, damper * b.u, damper * about_lead);
-      loads[i + 1].add(COUPLER_DAMPING, -damper * b.u, -damper * about_trail);
-    }
-    if (turned_far(lead, trail, b)) engage_stops(i, b);
+    Stops& found = stops[i];
+    if (found.engaged) found = {};
+    if (far[i] > 0.0) engage_stops(i, bar(at(i), at(i + 1), i));
   }
 
   /// Each stop has an energy that depends on directions of the bar and of the cars. Its gradient turns the cars, and
   /// pushes the pins apart sideways.
   void engage_stops(std::size_t i, const Bar& b) {
     const inputs::Coupler& law = scenario.coupler;
-    const std::array<const SpatialMotion*, 2> cars{&now[i], &now[i + 1]};
+    const std::array<const SpatialMotion*, 2> both{&at(i), &at(i + 1)};
     Stops& found = stops[i];
+    found.engaged = true;
     Vector3d gradient = Vector3d::Zero();  // of the energy against u
     double moments = 0.0;
     for (const int end : {0, 1}) {
@@ -522,62 +514,49 @@ struct SpatialModel::Parts {
       if (yaw == 0.0 && pitch == 0.0) continue;
       const Vector3d& own = b.own[end];
       const double flat = std::max(std::hypot(own.x(), own.y()), 1.0e-3);
-      const Vector3d here = cars[static_cast<std::size_t>(end)]->axes *
+      const Vector3d here = both[static_cast<std::size_t>(end)]->axes *
                             Vector3d(-yaw * own.y() / (flat * flat), yaw * own.x() / (flat * flat), pitch / flat);
-      loads[i + static_cast<std::size_t>(end)].add(Vector3d::Zero(), b.u.cross(here));
+      add(i + static_cast<std::size_t>(end), Vector3d::Zero(), b.u.cross(here));
       gradient += here;
     }
     found.moment = std::abs(moments);
     const double twist =
-        stop_moment(roll(now[i], now[i + 1], b), law.roll_limit, law.roll_stiffness, inputs::kInfinity);
+        stop_moment(roll(*both[0], *both[1], b), law.roll_limit, law.roll_stiffness, inputs::kInfinity);
     found.twist = std::abs(twist);
     for (const int end : {0, 1}) {
       if (twist == 0.0) break;
       const double along = b.own[end].y(), sign = end == 0 ? 1.0 : -1.0;
-      Vector3d left = cars[static_cast<std::size_t>(end)]->axes.col(1) - along * b.u;
+      Vector3d left = both[static_cast<std::size_t>(end)]->axes.col(1) - along * b.u;
       const double size = std::max(left.norm(), 0.1);
       left /= size;
-      loads[i + static_cast<std::size_t>(end)].add(Vector3d::Zero(), sign * twist * (b.u - along / size * left));
+      add(i + static_cast<std::size_t>(end), Vector3d::Zero(), sign * twist * (b.u - along / size * left));
       gradient += sign * twist * along / size * b.u.cross(left);
     }
     const Vector3d shear = (gradient.dot(b.u) * b.u - gradient) / b.gap;
     found.vertical = std::abs(shear.z());
-    loads[i].push(shear, b.arm_lead);
-    loads[i + 1].push(-shear, b.arm_trail);
+    push(i, shear, b.arm_lead);
+    push(i + 1, -shear, b.arm_trail);
   }
 
-  /// All forces at the motions `now` but those between bodies, which depend on the length of the step.
+  /// All forces in the state but those between bodies, which depend on the length of the step.
   void find_forces(double t) {
     brakes.prepare(t);
+    wide.couple(arrays, state);
+    wide.forces(arrays, state);
     for (std::size_t k = 0; k < n; ++k) {
-      const Body& b = bodies[k];
-      Loads& sum = loads[k];
-      sum.clear();
-      sum.sum.force.z() = -b.weight;
-      if (grade != 0.0) climb(k);
-      const double share = brakes.share()[static_cast<Eigen::Index>(k)];
-      for (const std::size_t truck : {k, n + k}) {
-        if (on_rails[truck]) on_track(truck, share);
-        else off_track(truck);
-      }
+      accounts[k].used = 0;
+      for (const std::size_t truck : {k, n + k})
+        if (on_rails[truck] == 0.0) off_track(truck, k);
       body_on_ground(k);
     }
     for (std::size_t i = 0; i < alive.size(); ++i) couple(i);
     forces_found = true;
   }
 
-  /// The track is level here, and gravity is inclined against it.
-  void climb(std::size_t car) {
-    for (const std::size_t truck : {car, n + car}) {
-      const Vector2 tangent = track.straight() ? Vector2::UnitX() : track.at(arc[truck]).tangent;
-      loads[car].add(GRADE, -0.5 * grade * bodies[car].weight * Vector3d(tangent.x(), tangent.y(), 0.0),
-                     Vector3d::Zero());
-    }
-  }
-
   /// What friction with the ground has strained becomes the past.
   void keep_strain() {
     braked.swap(braked_next);
+    find_swapped();
     for (std::size_t k = 0; k < n; ++k) {
       if (!lies[k]) continue;
       const auto first = static_cast<std::ptrdiff_t>(kPoints * k);
@@ -585,10 +564,13 @@ struct SpatialModel::Parts {
     }
   }
 
+  Vector3d centre(std::size_t k) const { return {state[SX * n + k], state[SY * n + k], state[SZ * n + k]}; }
+  Vector3d velocity(std::size_t k) const { return {state[SVX * n + k], state[SVY * n + k], state[SVZ * n + k]}; }
+
   void find_pairs() {
     const auto begin_of = [this](int i) {
       const auto k = static_cast<std::size_t>(i);
-      return now[k].centre.x() - bodies[k].radius;
+      return state[SX * n + k] - radius[k];
     };
     for (std::size_t i = 1; i < by_x.size(); ++i) {
       const int k = by_x[i];
@@ -602,9 +584,9 @@ struct SpatialModel::Parts {
       const auto a = static_cast<std::size_t>(by_x[i]);
       for (std::size_t j = i + 1; j < by_x.size(); ++j) {
         const auto b = static_cast<std::size_t>(by_x[j]);
-        const double reach = bodies[a].radius + bodies[b].radius + 2.0 * kMargin;
-        if (begin_of(by_x[j]) > now[a].centre.x() + bodies[a].radius + 2.0 * kMargin) break;
-        if ((now[a].centre - now[b].centre).squaredNorm() > reach * reach) continue;
+        const double reach = radius[a] + radius[b] + 2.0 * kMargin;
+        if (begin_of(by_x[j]) > state[SX * n + a] + radius[a] + 2.0 * kMargin) break;
+        if ((centre(a) - centre(b)).squaredNorm() > reach * reach) continue;
         const auto [first, second] = std::minmax(by_x[i], by_x[j]);
         pairs.push_back({first, second});
       }
@@ -618,7 +600,7 @@ struct SpatialModel::Parts {
     }
   }
 
-  Box box(std::size_t k) const { return {now[k].point(bodies[k].box_centre), now[k].axes, bodies[k].box_half}; }
+  Box box(std::size_t k) const { return {at(k).point(bodies[k].box_centre), at(k).axes, bodies[k].box_half}; }
 
   void contacts(double t, double h) {
     if (scenario.contact.law == inputs::ContactLaw::none) return;
@@ -626,27 +608,29 @@ struct SpatialModel::Parts {
       find_pairs();
       moved = 0.0;
     }
-    double fastest = 0.0;
-    for (std::size_t k = 0; k < n; ++k)
-      fastest = std::max(fastest, std::sqrt(now[k].velocity.squaredNorm()) +
-                                      bodies[k].radius * std::sqrt(now[k].rotation.squaredNorm()));
+    double spinning = 0.0;
+    const double fastest = wide.swirls(arrays, state, radius.data(), swirl.data(), spinning);
     // Half as much again for what speeds may grow within this step.
-    moved += 1.5 * h * fastest;
+    moved += 1.5 * h * (fastest + spinning);
     for (Pair& pair : pairs) touch(t, h, pair);
   }
 
   void touch(double t, double h, Pair& pair) {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    const double reach = bodies[a].radius + bodies[b].radius;
-    BoxManifold m;
-    if ((now[a].centre - now[b].centre).squaredNorm() < reach * reach) m = press(box(a), box(b), pair.axis);
+    // As far as they were apart, less what they may have moved since then, they need not be looked at.
+    pair.apart -= 1.05 * h * (std::sqrt((velocity(a) - velocity(b)).squaredNorm()) + swirl[a] + swirl[b]);
+    if (pair.apart > 0.0) return;
+    const Box box_a = box(a), box_b = box(b);
+    const BoxManifold m = press(box_a, box_b, pair.axis);
     pair.axis = m.axis;
+    pair.apart = m.count > 0 ? 0.0 : gap(box_a, box_b) - 1e-3;
     if (m.count == 0) {
       pair.crushed = 0.0;
       pair.sheared.setZero();
       return;
     }
     const inputs::Contact& law = scenario.contact;
+    const SpatialMotion &q = at(a), &r = at(b);
     // What speeds change in ten steps of free fall: slower than that, a car that lies on another would hop as the force
     // changes between loading and unloading.
     const double quiet = std::max(scenario.ground.regularization_speed, 10.0 * inputs::kStandardGravity * h);
@@ -657,7 +641,7 @@ struct SpatialModel::Parts {
     Vector3d first_velocity = Vector3d::Zero(), mean_slip = Vector3d::Zero();
     double force = 0.0;
     for (std::size_t i = 0; i < points; ++i) {
-      const Vector3d v = now[a].velocity_at(m.point[i]) - now[b].velocity_at(m.point[i]);
+      const Vector3d v = q.velocity_at(m.point[i]) - r.velocity_at(m.point[i]);
       const double closing = -v.dot(m.normal);
       if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
       pushes[i] = share * quiet_contact_force(law, m.depth[i], closing, quiet, pair.crushed);
@@ -684,11 +668,11 @@ struct SpatialModel::Parts {
       const double size = rub.norm(), limit = law.friction * pushes[i];
       if (size > limit) rub *= limit / size;
       const Vector3d normal = pushes[i] * m.normal;
-      const Vector3d arm_a = m.point[i] - now[a].centre, arm_b = m.point[i] - now[b].centre;
-      loads[a].push(IMPACT_NORMAL, normal, arm_a);
-      loads[b].push(IMPACT_NORMAL, -normal, arm_b);
-      loads[a].push(IMPACT_FRICTION, rub, arm_a);
-      loads[b].push(IMPACT_FRICTION, -rub, arm_b);
+      const Vector3d arm_a = m.point[i] - q.centre, arm_b = m.point[i] - r.centre;
+      push(a, IMPACT_NORMAL, normal, arm_a);
+      push(b, IMPACT_NORMAL, -normal, arm_b);
+      push(a, IMPACT_FRICTION, rub, arm_a);
+      push(b, IMPACT_FRICTION, -rub, arm_b);
     }
     note(t, h, pair, m, first_velocity, force);
   }
@@ -701,7 +685,7 @@ struct SpatialModel::Parts {
 
   void note(double t, double h, Pair& pair, const BoxManifold& m, const Vector3d& velocity, double force) {
     std::vector<Impact>& impacts = record.incidents.impacts;
-    const SpatialMotion &a = now[static_cast<std::size_t>(pair.a)], &b = now[static_cast<std::size_t>(pair.b)];
+    const SpatialMotion &a = at(static_cast<std::size_t>(pair.a)), &b = at(static_cast<std::size_t>(pair.b));
     if (pair.impact < 0 || t - pair.seen > kSameImpact) {
       pair.impact = static_cast<int>(impacts.size());
       const Vector3d& p = m.point[0];
@@ -716,39 +700,38 @@ struct SpatialModel::Parts {
     impact.peak_force = std::max(impact.peak_force, force);
   }
 
-  double suspension_energy() const {
-    double e = 0.0;
-    for (std::size_t truck = 0; truck < 2 * n; ++truck) e += suspension_energy(truck);
-    return e;
-  }
-  double suspension_energy(std::size_t truck) const {
+  double suspension_energy(std::size_t truck, const SpatialMotion& q) const {
     if (lost[truck]) return 0.0;
+    const Body& b = bodies[car_of(truck)];
     double e = 0.0;
     for (const bool left : {false, true}) {
-      const double depth = std::max(pressed(truck, wheel(truck, left)), 0.0);
-      e += 0.5 * bodies[car_of(truck)].spring * depth * depth;
+      const Vector3d place = wheel(q, truck, left);
+      const double ground = on_rails[truck] != 0.0 ? 0.0 : ground_under(place, arc[truck]).z;
+      const double depth = std::max(b.sag - (place.z() - ground), 0.0);
+      e += 0.5 * b.spring * depth * depth;
     }
     return e;
   }
-  double ground_energy() const {
+  double ground_energy(std::size_t car, const SpatialMotion& q) const {
     double e = 0.0;
-    for (std::size_t car = 0; car < n; ++car) {
-      for (std::size_t i = 0; i < kCorners; ++i) {
-        const Vector3d place = corner(car, i);
-        const double depth = ground_under(place, arc[car]).z - place.z();
-        if (depth > 0.0) e += 0.5 * scenario.terrain.body_stiffness * depth * depth;
-      }
+    for (std::size_t i = 0; i < kCorners; ++i) {
+      const Vector3d place = corner(q, bodies[car], i);
+      const double depth = ground_under(place, arc[car]).z - place.z();
+      if (depth > 0.0) e += 0.5 * scenario.terrain.body_stiffness * depth * depth;
     }
     return e;
   }
 
   /// Work of the last step's forces, by account, with the mean of the velocities before and after.
-  void account(double h) {
+  void account(double h, const double* y, const double* after) {
+    wide.work(arrays, y, after, h, record.spent);
     std::array<double, kAccounts> given{};
     for (std::size_t k = 0; k < n; ++k) {
-      const SpatialMotion &was = before[k], &is = now[k];
-      const Vector3d v = was.velocity + is.velocity, w = was.axes * (was.body_rates + is.body_rates);
-      const Loads& sum = loads[k];
+      const Accounts& sum = accounts[k];
+      if (sum.used == 0) continue;
+      const auto both = [&](std::size_t c) { return y[c * n + k] + after[c * n + k]; };
+      const Vector3d v(both(SVX), both(SVY), both(SVZ));
+      const Vector3d w(mean_rotation[k], mean_rotation[n + k], mean_rotation[2 * n + k]);
       for (std::size_t a = 0; a < kAccounts; ++a)
         if ((sum.used & 1U << a) != 0) given[a] += sum.of[a].force.dot(v) + sum.of[a].torque.dot(w);
     }
@@ -756,13 +739,14 @@ struct SpatialModel::Parts {
   }
 
   void leave(double t, std::size_t truck, Cause cause, double* y) {
-    const double stored = suspension_energy(truck);
-    on_rails[truck] = false;
-    overloaded[truck] = 0.0;
-    // What the springs held up falls from the rails to the ground.
-    record.spent.work_rails += stored - suspension_energy(truck);
     const std::size_t car = car_of(truck);
-    const Vector3d p = now[car].point(truck_place(truck));
+    const SpatialMotion& q = at(car);
+    const double stored = suspension_energy(truck, q);
+    on_rails[truck] = 0.0;
+    overloaded[truck] = lateral[truck] = braked[truck] = 0.0;
+    // What the springs held up falls from the rails to the ground.
+    record.spent.work_rails += stored - suspension_energy(truck, q);
+    const Vector3d p = q.point(truck_place(truck));
     record.incidents.derailments.push_back({t, static_cast<Eigen::Index>(car), truck < n, cause, p.x(), p.y()});
     track.tear(arc[truck]);
     if (cause == Cause::pod && kick[truck] != 0.0 && y != nullptr) push_sideways(truck, y);
@@ -774,9 +758,9 @@ struct SpatialModel::Parts {
     const Body& b = bodies[car];
     const double arm = arm_of(truck);
     const double impulse = kick[truck] / (1.0 / b.mass + arm * arm / b.inertia.z());
-    const Vector3d across = now[car].axes.col(1);
+    const Vector3d across = at(car).axes.col(1);
     const auto kinetic = [&] {
-      const SpatialMotion& q = now[car];
+      const SpatialMotion& q = at(car);
       return 0.5 * b.mass * q.velocity.squaredNorm() + 0.5 * q.body_rates.dot(b.inertia.cwiseProduct(q.body_rates));
     };
     const double kinetic_before = kinetic();
@@ -784,51 +768,69 @@ struct SpatialModel::Parts {
     y[SVY * n + car] += impulse / b.mass * across.y();
     y[SVZ * n + car] += impulse / b.mass * across.z();
     y[YAW_RATE * n + car] += impulse * arm / b.inertia.z();
-    now[car] = motion_of(y, n, car);
+    wide.look(arrays, y);
+    look(y);
     record.spent.work_kicks -= kinetic() - kinetic_before;
   }
 
   /// Finds all trucks on the track; those that have come to its broken or torn parts leave it.
   void pass(double t, double h, double* y) {
     const auto ahead = static_cast<std::size_t>(scenario.initial.cars_ahead);
-    for (std::size_t k = ahead; k < n; ++k) past[k] = past[k] || now[k].centre.x() >= 0.0;
+    for (std::size_t k = ahead; k < n; ++k) past[k] = past[k] || state[SX * n + k] >= 0.0;
+    wide.places(arrays, state, place_x.data(), place_y.data());
     for (std::size_t truck = 0; truck < 2 * n; ++truck) {
-      const std::size_t car = car_of(truck);
-      const SpatialMotion& q = now[car];
-      const Vector3d own = truck_place(truck);
-      const double x = q.centre.x() + q.axes.row(0).dot(own), from = arc[truck];
-      arc[truck] = track.straight() ? x : track.foot({x, q.centre.y() + q.axes.row(1).dot(own)}, from);
-      if (!on_rails[truck]) continue;
+      const double from = arc[truck];
+      arc[truck] = track.straight() ? place_x[truck] : track.foot({place_x[truck], place_y[truck]}, from);
+      if (on_rails[truck] == 0.0) continue;
       const double s = arc[truck];
-      if (car >= ahead && from < 0.0 && s >= 0.0) leave(t + h - h * s / (s - from), truck, Cause::pod, y);
+      if (car_of(truck) >= ahead && from < 0.0 && s >= 0.0) leave(t + h - h * s / (s - from), truck, Cause::pod, y);
       else if (s >= track.torn_from() && s <= track.torn_to() && track.torn(s))
         leave(t + h, truck, Cause::torn_track, y);
+    }
+    find_offsets();
+  }
+
+  /// Of all trucks at their arc lengths.
+  void find_offsets() {
+    if (track.straight()) {
+      offset = place_y;
+    } else {
+      for (std::size_t truck = 0; truck < 2 * n; ++truck) {
+        const Track::Node node = track.at(arc[truck]);
+        tangent_x[truck] = node.tangent.x();
+        tangent_y[truck] = node.tangent.y();
+        offset[truck] =
+            (place_y[truck] - node.point.y()) * node.tangent.x() - (place_x[truck] - node.point.x()) * node.tangent.y();
+      }
+    }
+    if (!track.aligned()) {
+      loops.subtract_alignment(static_cast<std::ptrdiff_t>(2 * n), track.alignments(), arc.data(), on_rails.data(),
+                               offset.data());
     }
   }
 
   bool give_way(double t, double h) {
-    bool any = false;
+    bool any = loops.overload(static_cast<std::ptrdiff_t>(2 * n), scenario.rails, h, lateral_before.data(),
+                              lateral.data(), load.data(), overloaded.data());
+    for (std::size_t truck = 0; any && truck < 2 * n; ++truck) {
+      if (on_rails[truck] == 0.0 || overloaded[truck] <= scenario.rails.derail_time) continue;
+      leave(t, truck, Cause::lateral, nullptr);
+      offset[truck] += track.alignment(arc[truck]);
+    }
     for (std::size_t truck = 0; truck < 2 * n; ++truck) {
-      const double carried = load[2 * truck] + load[2 * truck + 1];
-      if (on_rails[truck]) {
-        overloaded[truck] = overloaded_time<double>(scenario.rails, lateral_before[truck], lateral[truck], carried, h,
-                                                    overloaded[truck]);
-        if (overloaded[truck] > scenario.rails.derail_time) {
-          leave(t, truck, Cause::lateral, nullptr);
-          any = true;
-        }
-      } else if (!lost[truck] && carried == 0.0 && now[car_of(truck)].axes(2, 2) < cos_part) {
-        record.spent.work_truck_damping += suspension_energy(truck);
-        lost[truck] = true;
-        any = true;
-      }
+      if (on_rails[truck] != 0.0 || lost[truck] || load[truck] > 0.0) continue;
+      const std::size_t car = car_of(truck);
+      if (axes[8 * n + car] >= cos_part) continue;
+      record.spent.work_truck_damping += suspension_energy(truck, at(car));
+      lost[truck] = true;
+      any = true;
     }
     for (std::size_t i = 0; i < alive.size(); ++i) any = break_coupler(t, i) || any;
     return any;
   }
 
   bool break_coupler(double t, std::size_t i) {
-    if (!alive[i]) return false;
+    if (alive[i] == 0.0) return false;
     using By = BrokenCoupler::By;
     const inputs::Coupler& law = scenario.coupler;
     const double force = axial[static_cast<Eigen::Index>(i)];
@@ -837,13 +839,13 @@ struct SpatialModel::Parts {
     if (-force > law.break_draft) by = By::draft;
     else if (s.swing > law.break_swing) by = By::swing;
     else if (s.moment > law.break_moment) by = By::moment;
-    else if (s.height > law.slip_height) by = By::slip;
+    else if (std::abs(rise[i]) > law.slip_height) by = By::slip;
     else if (s.vertical > law.vertical_hold) by = By::vertical;
     else if (s.twist > law.break_twist) by = By::twist;
     else return false;
-    const Bar b = bar(now[i], now[i + 1], i);
-    record.spent.work_coupler_break += stop_energy_of(now[i], now[i + 1], b) + axial_energy_of(b);
-    alive[i] = false;
+    const Bar b = bar(at(i), at(i + 1), i);
+    record.spent.work_coupler_break += stop_energy_of(at(i), at(i + 1), b) + axial_energy_of(b);
+    alive[i] = 0.0;
     const double at_limit = std::max(force, -law.break_draft);
     record.incidents.broken.push_back({t, static_cast<Eigen::Index>(i), by, at_limit});
     brakes.vent(t, static_cast<Eigen::Index>(i));
@@ -861,20 +863,18 @@ struct SpatialModel::Parts {
   }
 
   void note_blockage(double h) {
-    const auto ahead = static_cast<std::size_t>(scenario.initial.cars_ahead);
-    std::size_t standing = n;
-    while (standing > ahead && !off(standing - 1)) --standing;
-    if (standing == n || standing == 0 || !off(standing - 1) || !alive[standing - 1]) return;
+    if (standing == n || standing == 0 || !off(standing - 1) || alive[standing - 1] == 0.0) return;
     const double force = std::max(axial[static_cast<Eigen::Index>(standing - 1)], 0.0);
     record.incidents.blockage_impulse += h * force;
     record.incidents.blockage_time += h;
     record.incidents.blockage_peak = std::max(record.incidents.blockage_peak, force);
   }
 
-  bool off(std::size_t car) const { return !on_rails[car] || !on_rails[n + car]; }
+  bool off(std::size_t car) const { return on_rails[car] == 0.0 || on_rails[n + car] == 0.0; }
 
   void order_derailments() {
     std::vector<Derailment>& all = record.incidents.derailments;
+    if (ordered == all.size()) return;
     const auto begin = all.begin() + static_cast<std::ptrdiff_t>(ordered);
     std::stable_sort(begin, all.end(), [](const Derailment& a, const Derailment& b) { return a.time < b.time; });
     for (auto d = begin; d != all.end(); ++d) {
@@ -882,6 +882,12 @@ struct SpatialModel::Parts {
       if (cause == Cause::none) cause = d->cause;
     }
     ordered = all.size();
+    find_standing();
+  }
+  void find_standing() {
+    const auto ahead = static_cast<std::size_t>(scenario.initial.cars_ahead);
+    standing = n;
+    while (standing > ahead && !off(standing - 1)) --standing;
   }
 };
 
@@ -892,7 +898,11 @@ SpatialModel::~SpatialModel() = default;
 
 SpatialMotion SpatialModel::motion(const double* y, Eigen::Index car) const {
   const auto n = static_cast<std::size_t>(car_count()), k = static_cast<std::size_t>(car);
-  SpatialMotion m = motion_of(y, n, k);
+  const auto three = [&](std::size_t c) { return Vector3d(y[c * n + k], y[(c + 1) * n + k], y[(c + 2) * n + k]); };
+  SpatialMotion m;
+  m.centre = three(SX);
+  m.velocity = three(SVX);
+  m.body_rates = three(ROLL_RATE);
   // Between two steps a state is interpolated.
   m.axes =
       Eigen::Quaterniond(y[QW * n + k], y[QX * n + k], y[QY * n + k], y[QZ * n + k]).normalized().toRotationMatrix();
@@ -945,70 +955,44 @@ StateVector SpatialModel::initial_state() const {
 
 void SpatialModel::start(const double* y) {
   Parts& p = *parts_;
-  p.load_motions(y);
-  for (std::size_t truck = 0; truck < 2 * p.n; ++truck) {
-    const Vector3d place = p.now[p.car_of(truck)].point(p.truck_place(truck));
-    p.arc[truck] = p.track.nearest({place.x(), place.y()});
-  }
+  p.wide.look(p.arrays, y);
+  p.look(y);
+  p.wide.places(p.arrays, y, p.place_x.data(), p.place_y.data());
+  for (std::size_t truck = 0; truck < 2 * p.n; ++truck)
+    p.arc[truck] = p.track.nearest({p.place_x[truck], p.place_y[truck]});
   const auto ahead = static_cast<std::size_t>(p.scenario.initial.cars_ahead);
-  for (std::size_t k = ahead; k < p.n; ++k) p.past[k] = p.now[k].centre.x() >= 0.0;
+  for (std::size_t k = ahead; k < p.n; ++k) p.past[k] = p.at(k).centre.x() >= 0.0;
   for (std::size_t truck = 0; truck < 2 * p.n; ++truck) {
     if (p.car_of(truck) >= ahead && p.arc[truck] >= 0.0) p.leave(0.0, truck, Cause::pod, nullptr);
   }
   p.order_derailments();
+  p.find_standing();
+  p.find_offsets();
   p.find_forces(0.0);
   p.note_peaks(0.0);
 }
 
 void SpatialModel::accelerations(double t, double h, const double* y, double* result) {
   Parts& p = *parts_;
-  if (!p.forces_found) {
-    p.load_motions(y);
-    p.find_forces(t);
-  }
+  p.state = y;
+  if (!p.forces_found) p.find_forces(t);
   p.forces_found = false;
   p.contacts(t, h);
-  const std::size_t n = p.n;
-  for (std::size_t k = 0; k < n; ++k) {
-    const Body& b = p.bodies[k];
-    const SpatialMotion& q = p.now[k];
-    const Wrench& sum = p.loads[k].sum;
-    const Vector3d a = sum.force / b.mass;
-    p.spin[k] = b.inertia.cwiseProduct(q.body_rates) + h * (q.axes.transpose() * sum.torque);
-    const Vector3d turning = (mean_rates(b.inertia, p.spin[k], h) - q.body_rates) / h;
-    for (std::size_t c = 0; c < 3; ++c) {
-      result[c * n + k] = a[static_cast<Eigen::Index>(c)];
-      result[(c + 3) * n + k] = turning[static_cast<Eigen::Index>(c)];
-    }
-  }
+  p.wide.accelerate(p.arrays, y, h, result);
 }
 
-void SpatialModel::settle(double t, double h, const double* /*before*/, double* y) {
+void SpatialModel::settle(double t, double h, const double* before, double* y) {
   Parts& p = *parts_;
-  const std::size_t n = p.n;
-  p.before.swap(p.now);
-  for (std::size_t k = 0; k < n; ++k) {
-    const auto at = [&](Column c) -> double& { return y[static_cast<std::size_t>(c) * n + k]; };
-    const Eigen::Quaterniond turn = rotation_by({at(TURN_X), at(TURN_Y), at(TURN_Z)});
-    const Vector3d rates = rates_of(p.bodies[k].inertia, p.spin[k], turn);
-    at(ROLL_RATE) = rates.x();
-    at(PITCH_RATE) = rates.y();
-    at(YAW_RATE) = rates.z();
-    Eigen::Quaterniond turned = Eigen::Quaterniond(at(QW), at(QX), at(QY), at(QZ)) * turn;
-    // Of length 1 but for rounding, hence one round of Newton's.
-    turned.coeffs() *= 1.5 - 0.5 * turned.squaredNorm();
-    at(QX) = turned.x();
-    at(QY) = turned.y();
-    at(QZ) = turned.z();
-    at(QW) = turned.w();
-    at(TURN_X) = at(TURN_Y) = at(TURN_Z) = 0.0;
-  }
-  p.load_motions(y);
-  p.account(h);
+  p.axes_before.swap(p.axes);
+  p.find_swapped();
+  p.wide.turn(p.arrays, y);
+  p.look(y);
+  p.account(h, before, y);
   p.note_blockage(h);
   p.keep_strain();
   p.pass(t, h, y);
   p.lateral_before.swap(p.lateral);
+  p.find_swapped();
   p.find_forces(t + h);
   if (p.give_way(t + h, h)) p.find_forces(t + h);
   p.note_peaks(t + h);
@@ -1044,8 +1028,7 @@ Observation SpatialModel::observe(const double* y) const {
       const std::size_t truck = p.truck_of(k, front);
       const Vector3d place = q.point(p.truck_place(truck));
       const TrackPlace by_track = track_place(car, {place.x(), place.y()});
-      (front ? o.front_truck : o.rear_truck) = {by_track.s, by_track.offset, place.z(),
-                                                p.load[2 * truck] + p.load[2 * truck + 1]};
+      (front ? o.front_truck : o.rear_truck) = {by_track.s, by_track.offset, place.z(), p.load[truck]};
     }
     o.past_pod = past_pod(car);
     o.derailed = derailed(car);
@@ -1061,7 +1044,7 @@ Observation SpatialModel::observe(const double* y) const {
     o.swing_trail = b.yaw(1);
     o.pitch_lead = b.pitch(0);
     o.pitch_trail = b.pitch(1);
-    o.broken = !p.alive[i];
+    o.broken = p.alive[i] == 0.0;
     if (o.broken) continue;
     const inputs::Coupler& law = p.scenario.coupler;
     const double spring = coupler_spring_force<double>(law, b.gap);
@@ -1131,7 +1114,9 @@ TrackPlace SpatialModel::track_place(Eigen::Index car, const Vector2& point) con
 Eigen::Vector4d SpatialModel::wheel_loads(Eigen::Index car) const {
   const Parts& p = *parts_;
   const auto k = static_cast<std::size_t>(car);
-  return {p.load[2 * k], p.load[2 * k + 1], p.load[2 * (p.n + k)], p.load[2 * (p.n + k) + 1]};
+  const std::size_t rear = p.n + k;
+  return 0.5 * Eigen::Vector4d(p.load[k] - p.leaning[k], p.load[k] + p.leaning[k], p.load[rear] - p.leaning[rear],
+                               p.load[rear] + p.leaning[rear]);
 }
 
 bool SpatialModel::truck_lost(Eigen::Index car, bool front) const {
@@ -1139,25 +1124,23 @@ bool SpatialModel::truck_lost(Eigen::Index car, bool front) const {
 }
 
 EnergyLedger SpatialModel::energy(const double* y) const {
-  Parts& p = *parts_;
+  const Parts& p = *parts_;
   EnergyLedger e = p.record.spent;
-  const std::vector<SpatialMotion> kept = p.now;
-  p.load_motions(y);
+  std::vector<SpatialMotion> cars(p.n);
   for (std::size_t k = 0; k < p.n; ++k) {
-    const SpatialMotion& q = p.now[k];
+    const SpatialMotion& q = cars[k] = motion(y, static_cast<Eigen::Index>(k));
     const Body& b = p.bodies[k];
     e.kinetic_translation += 0.5 * b.mass * q.velocity.squaredNorm();
     e.kinetic_rotation += 0.5 * q.body_rates.dot(b.inertia.cwiseProduct(q.body_rates));
     e.height += b.weight * (q.centre.z() - b.centre_height);
+    e.suspension += p.suspension_energy(k, q) + p.suspension_energy(p.n + k, q) + p.ground_energy(k, q);
   }
-  e.suspension = p.suspension_energy() + p.ground_energy();
   for (std::size_t i = 0; i < p.alive.size(); ++i) {
-    if (!p.alive[i]) continue;
-    const Parts::Bar b = p.bar(p.now[i], p.now[i + 1], i);
+    if (p.alive[i] == 0.0) continue;
+    const Parts::Bar b = p.bar(cars[i], cars[i + 1], i);
     e.coupler_axial += p.axial_energy_of(b);
-    e.coupler_swing += p.stop_energy_of(p.now[i], p.now[i + 1], b);
+    e.coupler_swing += p.stop_energy_of(cars[i], cars[i + 1], b);
   }
-  p.now = kept;
   return e;
 }
 
@@ -1183,10 +1166,10 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
   };
   archive.group("record", [&] { p.record.walk(archive); });
   archive.group("brakes", [&] { p.brakes.walk(archive); });
-  flags("on_rails", p.on_rails);
+  archive.column("on_rails", p.on_rails);
   flags("lost", p.lost);
   flags("past", p.past);
-  flags("alive", p.alive);
+  archive.column("alive", p.alive);
   archive.list("first_cause", p.first_cause, [&](Cause& c) { archive.value("cause", c); });
   archive.column("arc", p.arc);
   archive.column("overloaded", p.overloaded);
@@ -1210,7 +1193,11 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
     const auto first = p.sheared.begin() + static_cast<std::ptrdiff_t>(kPoints * k);
     p.lies[k] = std::any_of(first, first + kPoints, [](const Vector3d& v) { return !v.isZero(0.0); });
   }
-  p.load_motions(y);
+  p.find_standing();
+  p.wide.look(p.arrays, y);
+  p.look(y);
+  p.wide.places(p.arrays, y, p.place_x.data(), p.place_y.data());
+  p.find_offsets();
   p.find_forces(t);
 }
 

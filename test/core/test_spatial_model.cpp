@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "extended_fixtures.hpp"
 #include "model/rotation.hpp"
@@ -104,10 +105,13 @@ struct Tumble {
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
 
   void step(double h) {
-    const Vector3d own = inertia.cwiseProduct(rates);
-    const Eigen::Quaterniond by = model::rotation_by(h * model::mean_rates(inertia, own, h));
-    rates = model::rates_of(inertia, own, by);
-    turn = (turn * by).normalized();
+    using Three = model::Three<double>;
+    const Three i{inertia.x(), inertia.y(), inertia.z()};
+    const Three spin = i.times({rates.x(), rates.y(), rates.z()});
+    const model::Turn<double> by = model::turn_by(model::mean_rates(i, spin, h) * h);
+    const Three after = model::turned_back(spin, by).over(i);
+    rates = {after.x, after.y, after.z};
+    turn = (turn * Eigen::Quaterniond(by.w, by.v.x, by.v.y, by.v.z)).normalized();
   }
   Vector3d momentum() const { return turn * inertia.cwiseProduct(rates); }
   double energy() const { return 0.5 * rates.dot(inertia.cwiseProduct(rates)); }
@@ -188,7 +192,8 @@ TEST(OnTheRails, AStraightTrainRollsAndNothingHappens) {
   s.brakes.force = s.brakes.rolling_resistance = 0.0;
   s.initial.perturbation = {};
   std::vector<SpatialMotion> cars;
-  for (int k = 0; k < 8; ++k) cars.push_back(at({-300.0 - k * test::kPitch, 0.0, height_of(s)}, Matrix3d::Identity(), {15.0, 0.0, 0.0}));
+  for (int k = 0; k < 8; ++k)
+    cars.push_back(at({-300.0 - k * test::kPitch, 0.0, height_of(s)}, Matrix3d::Identity(), {15.0, 0.0, 0.0}));
   Train train(s, cars);
   const double energy = train.energy().total();
   train.to(10.0);
@@ -269,8 +274,8 @@ TEST(OnTheRails, RockingOfALoadedCar) {
   const model::Car& car = train.model().cars()[0];
   const double b = s.suspension.half_base, h = car.centre_height;
   // About the point at the top of the rails that these hold.
-  const double rate = std::sqrt((4.0 * s.suspension.stiffness * b * b - car.weight * h) /
-                                (car.roll_inertia + car.mass * h * h));
+  const double rate =
+      std::sqrt((4.0 * s.suspension.stiffness * b * b - car.weight * h) / (car.roll_inertia + car.mass * h * h));
   std::vector<double> zeros;
   double before = 0.0;
   train.to(8.0, [&] {
@@ -594,8 +599,7 @@ TEST(SpatialRun, MovedAndTurnedIsTheSame) {
   const Matrix3d turn = turned(2.0, Vector3d::UnitZ());
   const Vector3d shift(300.0, -700.0, 0.0);
   std::vector<SpatialMotion> moved = cars;
-  for (SpatialMotion& q : moved)
-    q = at(shift + turn * q.centre, turn * q.axes, turn * q.velocity, q.body_rates);
+  for (SpatialMotion& q : moved) q = at(shift + turn * q.centre, turn * q.axes, turn * q.velocity, q.body_rates);
   Train here(s, cars), there(s, moved);
   here.to(2.0);
   there.to(2.0);

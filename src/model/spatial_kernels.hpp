@@ -1,0 +1,86 @@
+/// \file
+/// Loops of the spatial model over cars, couplers and trucks, several side by side; see kernels.hpp. They do what every car
+/// that stands upright on its trucks needs in every step.
+#pragma once
+
+#include <cstddef>
+
+#include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/energy_ledger.hpp"
+
+namespace train_derail::model {
+
+/// Columns of a state of the spatial model, one entry a car (SpatialModel).
+enum SpatialColumn {
+  SX, SY, SZ,                       // of the centre of mass
+  TURN_X, TURN_Y, TURN_Z,           // angles turned in this step, about the car's axes
+  SVX, SVY, SVZ,                    // velocity
+  ROLL_RATE, PITCH_RATE, YAW_RATE,  // body rates
+  QX, QY, QZ, QW                    // orientation
+};
+
+/// Vectors are three columns, one after the other. One entry a car unless said otherwise; trucks: the front trucks of all
+/// cars, then the rear ones; couplers: at [i + 1] of cars + 1 entries, the ends are zero.
+struct SpatialArrays {
+  std::ptrdiff_t cars = 0;
+  const inputs::Coupler* coupler = nullptr;
+  const inputs::Rails* rails = nullptr;
+  double spring = 0.0, half_base = 0.0;  ///< of a side of a truck [N/m]; from the middle of the track [m]
+  double brake_stiffness = 0.0;          ///< of brakes that hold [N/m]
+  double step = 0.0;                     ///< s
+  double grade = 0.0;                    ///< sine of the slope
+  bool straight = true;
+  double tan_swing = 0.0, sin_pitch = 0.0, cos_roll = 0.0;  ///< of angles below which no stop is engaged
+  const double *half_length = nullptr, *half_spacing = nullptr, *centre_height = nullptr;  ///< m
+  const double *weight = nullptr, *inverse_mass = nullptr;
+  const double* inertia = nullptr;  ///< about roll, pitch and yaw axes
+  const double *sag = nullptr, *spring_damping = nullptr, *rail_damping = nullptr, *brake_damping = nullptr;
+  const double* brake_share = nullptr;
+
+  double *axes = nullptr, *axes_before = nullptr;  ///< forward, left, up: nine columns
+  double* rotation = nullptr;                      ///< angular velocity, world frame
+  double *spin = nullptr;  ///< angular momentum along the car's axes, with what the step has added
+  double *force = nullptr, *torque = nullptr;      ///< sums, world frame; about the centre of mass
+
+  // Trucks.
+  const double* on_rails = nullptr;                         ///< 1 or 0
+  const double* offset = nullptr;                           ///< from the alignment [m]
+  const double *tangent_x = nullptr, *tangent_y = nullptr;  ///< of the track; not used where it is straight
+  const double* braked = nullptr;                           ///< strain of the brakes [m]
+  double *braked_next = nullptr, *load = nullptr, *leaning = nullptr;  ///< both sides [N]; left less right
+  double *brake = nullptr, *lateral = nullptr, *damper = nullptr, *rocker = nullptr;  ///< parts of these forces [N]
+
+  // Couplers.
+  const double *alive = nullptr, *damping = nullptr;
+  double *axial = nullptr, *pin_axial = nullptr, *pin_damper = nullptr;  ///< buff positive [N]; at [i]; at [i + 1]
+  double *bar = nullptr, *about_lead = nullptr, *about_trail = nullptr;  ///< direction, its moments about the two cars
+  double* far = nullptr;                                 ///< 1 where a stop may be engaged, else 0
+  double* rise = nullptr;                                ///< of the lead car's pin over the trail car's [m]
+  double* mean_rotation = nullptr;                       ///< car: sum of the rotations before and after the step
+};
+
+/// One version of the loops.
+struct SpatialKernels {
+  const char* instruction_set;
+  std::ptrdiff_t lanes;  ///< needs at least lanes + 1 cars
+  /// Axes and rotations of state y.
+  void (*look)(const SpatialArrays&, const double* y);
+  /// Ends a step: turns the cars, finds axes, rotations and body rates; the angles turned become zero.
+  void (*turn)(const SpatialArrays&, double* y);
+  /// Forces of couplers without their stops.
+  void (*couple)(const SpatialArrays&, const double* y);
+  /// Sums of weight, couplers and trucks on the rails.
+  void (*forces)(const SpatialArrays&, const double* y);
+  /// Adds the work of these forces in a step from `before` to `after`.
+  void (*work)(const SpatialArrays&, const double* before, const double* after, double h, EnergyLedger& spent);
+  /// Accelerations from the sums: six columns.
+  void (*accelerate)(const SpatialArrays&, const double* y, double h, double* result);
+  /// Places of the trucks seen from above [m], at the top of the rails.
+  void (*places)(const SpatialArrays&, const double* y, double* px, double* py);
+  /// swirl[k]: speed of the farthest point of a body about its centre; returns the largest speed of a centre [m/s].
+  double (*swirls)(const SpatialArrays&, const double* y, const double* radius, double* swirl, double& largest);
+};
+
+extern const SpatialKernels kSpatialPlain, kSpatialSse2, kSpatialAvx2, kSpatialAvx512;
+
+}  // namespace train_derail::model

@@ -1,0 +1,336 @@
+// Templates of the kernels: B is a double or a batch of them (simd/batch.hpp).
+#pragma once
+
+#include <cmath>
+
+#include "model/rotation.hpp"
+#include "model/spatial_kernels.hpp"
+#include "simd/blocks.hpp"
+#include "train_derail/model/draft_gear_law.hpp"
+#include "train_derail/model/rail_law.hpp"
+#include "train_derail/simd/lanes.hpp"
+
+namespace train_derail::model {
+
+/// Directions of the cars.
+template <class B>
+struct Frame {
+  Three<B> forward, left, up;
+  static Frame load(const double* axes, std::ptrdiff_t k, std::ptrdiff_t n) {
+    return {Three<B>::load(axes + k, n), Three<B>::load(axes + 3 * n + k, n), Three<B>::load(axes + 6 * n + k, n)};
+  }
+  /// From the cars' axes into the world.
+  Three<B> world(const Three<B>& own) const { return forward * own.x + left * own.y + up * own.z; }
+  Three<B> own(const Three<B>& v) const { return {forward.dot(v), left.dot(v), up.dot(v)}; }
+};
+
+/// Axes from a unit quaternion.
+template <class B>
+Frame<B> frame_of(const Turn<B>& q) {
+  const B x = q.v.x + q.v.x, y = q.v.y + q.v.y, z = q.v.z + q.v.z;
+  const B wx = x * q.w, wy = y * q.w, wz = z * q.w;
+  const B xx = x * q.v.x, xy = y * q.v.x, xz = z * q.v.x, yy = y * q.v.y, yz = z * q.v.y, zz = z * q.v.z;
+  return {{1.0 - (yy + zz), xy + wz, xz - wy}, {xy - wz, 1.0 - (xx + zz), yz + wx}, {xz + wy, yz - wx, 1.0 - (xx + yy)}};
+}
+
+template <class B>
+void look_at(const SpatialArrays& a, const double* y, std::ptrdiff_t k) {
+  using L = Lanes<B>;
+  const std::ptrdiff_t n = a.cars;
+  const Frame<B> f = frame_of<B>({Three<B>::load(y + QX * n + k, n), L::load(y + QW * n + k)});
+  f.forward.store(a.axes + k, n);
+  f.left.store(a.axes + 3 * n + k, n);
+  f.up.store(a.axes + 6 * n + k, n);
+  f.world(Three<B>::load(y + ROLL_RATE * n + k, n)).store(a.rotation + k, n);
+}
+
+template <class B>
+[[gnu::flatten]] void look(const SpatialArrays& a, const double* y) {
+  for_blocks<Lanes<B>::count>(a.cars, [&](std::ptrdiff_t k, std::ptrdiff_t) { look_at<B>(a, y, k); });
+}
+
+template <class B>
+void turn_at(const SpatialArrays& a, double* y, std::ptrdiff_t k) {
+  using L = Lanes<B>;
+  const std::ptrdiff_t n = a.cars;
+  const Turn<B> by = turn_by<B>(Three<B>::load(y + TURN_X * n + k, n));
+  const Turn<B> q{Three<B>::load(y + QX * n + k, n), L::load(y + QW * n + k)};
+  const Three<B> inertia = Three<B>::load(a.inertia + k, n);
+  turned_back(Three<B>::load(a.spin + k, n), by).over(inertia).store(y + ROLL_RATE * n + k, n);
+  Three<B> v = by.v * q.w + q.v * by.w + q.v.cross(by.v);
+  B w = q.w * by.w - q.v.dot(by.v);
+  // Of length 1 but for rounding, hence one round of Newton's.
+  const B unit = 1.5 - 0.5 * (v.dot(v) + w * w);
+  (v * unit).store(y + QX * n + k, n);
+  L::store(w * unit, y + QW * n + k);
+  Three<B>{B(0.0), B(0.0), B(0.0)}.store(y + TURN_X * n + k, n);
+  look_at<B>(a, y, k);
+}
+
+template <class B>
+[[gnu::flatten]] void turn_cars(const SpatialArrays& a, double* y) {
+  std::ptrdiff_t k = 0;
+  for (; k + Lanes<B>::count <= a.cars; k += Lanes<B>::count) turn_at<B>(a, y, k);
+  for (; k < a.cars; ++k) turn_at<double>(a, y, k);  // no block twice: a turn is not idempotent
+}
+
+template <class B>
+[[gnu::flatten]] void couple_cars(const SpatialArrays& arrays, const double* y) {
+  using L = Lanes<B>;
+  const SpatialArrays a = arrays;
+  const inputs::Coupler law = *a.coupler;
+  const std::ptrdiff_t n = a.cars, m = n + 1;
+  const auto size = [](const B& x) { return select(x < B(0.0), B(-x), x); };
+  for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+    const std::ptrdiff_t j = i + 1;
+    const Frame<B> lead = Frame<B>::load(a.axes, i, n), trail = Frame<B>::load(a.axes, j, n);
+    const Three<B> arm_lead =
+        lead.up * B(law.height - L::load(a.centre_height + i)) - lead.forward * L::load(a.half_length + i);
+    const Three<B> arm_trail =
+        trail.up * B(law.height - L::load(a.centre_height + j)) + trail.forward * L::load(a.half_length + j);
+    const Three<B> d =
+        (Three<B>::load(y + SX * n + i, n) - Three<B>::load(y + SX * n + j, n)) + (arm_lead - arm_trail);
+    const B square = d.dot(d), inverse = Roots<B>::inverse(square), gap = square * inverse;
+    const Three<B> u = d * inverse;
+    const Three<B> about_lead = arm_lead.cross(u), about_trail = arm_trail.cross(u);
+    const B rate = u.dot(Three<B>::load(y + SVX * n + i, n) - Three<B>::load(y + SVX * n + j, n)) +
+                   about_lead.dot(Three<B>::load(a.rotation + i, n)) -
+                   about_trail.dot(Three<B>::load(a.rotation + j, n));
+    const B alive = L::load(a.alive + i);
+    const B spring = coupler_spring_force<B>(law, gap);
+    const B damper = alive * coupler_damper_force<B>(L::load(a.damping + i), spring, rate);
+    const B axial = alive * spring + damper;
+    L::store(axial, a.axial + i);
+    L::store(axial, a.pin_axial + j);
+    L::store(damper, a.pin_damper + j);
+    u.store(a.bar + j, m);
+    about_lead.store(a.about_lead + j, m);
+    about_trail.store(a.about_trail + j, m);
+    // Stops, looked for without an arc tangent.
+    const Three<B> in_lead = lead.own(u), in_trail = trail.own(u);
+    const auto near = [&](const Three<B>& own) {
+      return select(own.x > B(0.0), B(1.0), B(0.0)) * select(size(own.y) <= a.tan_swing * own.x, B(1.0), B(0.0)) *
+             select(size(own.z) <= B(a.sin_pitch), B(1.0), B(0.0));
+    };
+    B close = near(in_lead) * near(in_trail);
+    if (a.cos_roll > 0.0) {
+      const B along = in_lead.y * in_trail.y, dot = lead.left.dot(trail.left) - along;
+      const B limit = a.cos_roll * a.cos_roll * (1.0 - in_lead.y * in_lead.y) * (1.0 - in_trail.y * in_trail.y);
+      close = close * select(dot > B(0.0), B(1.0), B(0.0)) * select(dot * dot >= limit, B(1.0), B(0.0));
+    } else if (a.cos_roll > -1.0) {
+      close = B(0.0);
+    }
+    L::store(alive * (1.0 - close), a.far + i);
+    L::store(0.5 * gap * (in_lead.z + in_trail.z), a.rise + i);
+  });
+}
+
+/// Directions of the rails under some trucks.
+template <class B, bool straight>
+struct AlongRails {
+  B tx, ty;
+  AlongRails(const SpatialArrays& a, std::ptrdiff_t truck) {
+    if constexpr (!straight) {
+      tx = Lanes<B>::load(a.tangent_x + truck);
+      ty = Lanes<B>::load(a.tangent_y + truck);
+    }
+  }
+  B along(const Three<B>& v) const {
+    if constexpr (straight) return v.x;
+    else return v.x * tx + v.y * ty;
+  }
+  B across(const Three<B>& v) const {
+    if constexpr (straight) return v.y;
+    else return v.y * tx - v.x * ty;
+  }
+  B x(const B& along, const B& across) const {
+    if constexpr (straight) return along;
+    else return along * tx - across * ty;
+  }
+  B y(const B& along, const B& across) const {
+    if constexpr (straight) return across;
+    else return along * ty + across * tx;
+  }
+};
+
+template <class B, bool straight>
+[[gnu::flatten]] void forces_on(const SpatialArrays& arrays, const double* y) {
+  using L = Lanes<B>;
+  const SpatialArrays a = arrays;
+  const inputs::Rails rails = *a.rails;
+  const std::ptrdiff_t n = a.cars, m = n + 1;
+  const B zero(0.0);
+  const auto positive = [&](const B& x) { return select(x > zero, x, zero); };
+  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    const Frame<B> f = Frame<B>::load(a.axes, k, n);
+    const Three<B> v = Three<B>::load(y + SVX * n + k, n), w = Three<B>::load(a.rotation + k, n);
+    const B height = L::load(y + SZ * n + k), weight = L::load(a.weight + k), share = L::load(a.brake_share + k);
+    // Coupler k - 1 pulls at the front of car k, coupler k at its rear; the ends of the train have none (zeros).
+    const B behind = L::load(a.pin_axial + k + 1), ahead = L::load(a.pin_axial + k);
+    Three<B> force = Three<B>::load(a.bar + k + 1, m) * behind - Three<B>::load(a.bar + k, m) * ahead;
+    Three<B> torque = Three<B>::load(a.about_lead + k + 1, m) * behind - Three<B>::load(a.about_trail + k, m) * ahead;
+    force.z = force.z - weight;
+    const Three<B> down = f.up * L::load(a.centre_height + k), side = f.left * B(a.half_base);
+    const B rock = w.x * side.y - w.y * side.x;
+    for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
+      const std::ptrdiff_t truck = end + k;
+      const B half = L::load(a.half_spacing + k);
+      const Three<B> arm = f.forward * (end == 0 ? half : B(-half)) - down;
+      const Three<B> velocity = v + w.cross(arm);
+      const AlongRails<B, straight> rail(a, truck);
+      const auto on = L::load(a.on_rails + truck) > B(0.5);
+      const B press = L::load(a.sag + k) - (height + arm.z);
+      const B right = positive(a.spring * (press + side.z)), left = positive(a.spring * (press - side.z));
+      const B c = L::load(a.spring_damping + k);
+      const auto damped = [&](const B& spring, const B& rate) {
+        return select(spring > zero, positive(spring - c * rate), zero);
+      };
+      const B total_right = damped(right, velocity.z - rock), total_left = damped(left, velocity.z + rock);
+      const B carried = select(on, B(total_right + total_left), zero);
+      const B leaning = select(on, B(total_left - total_right), zero);
+      L::store(carried, a.load + truck);
+      L::store(leaning, a.leaning + truck);
+      L::store(select(on, B(carried - (right + left)), zero), a.damper + truck);
+      L::store(select(on, B(leaning - (left - right)), zero), a.rocker + truck);
+      // Brakes hold a train that stands: what they are strained gives way at their limit.
+      const B limit = share * carried, speed = rail.along(velocity);
+      const B strain = L::load(a.braked + truck) + a.step * speed;
+      const B pull = -a.brake_stiffness * strain - L::load(a.brake_damping + k) * speed;
+      const B above = select(pull < -limit, B(-limit), pull), brake = select(above > limit, limit, above);
+      const auto slides = pull != brake;
+      L::store(select(on, select(slides, B(brake * (-1.0 / a.brake_stiffness)), strain), zero), a.braked_next + truck);
+      // At the top of the rails, sideways.
+      const B held = rail_force<B>(rails, L::load(a.rail_damping + k), L::load(a.offset + truck), rail.across(velocity));
+      const B lateral = select(on, held, zero);
+      L::store(brake, a.brake + truck);
+      L::store(lateral, a.lateral + truck);
+      const Three<B> pulled{rail.x(brake, lateral), rail.y(brake, lateral), carried};
+      force = force + pulled;
+      torque = torque + arm.cross(pulled);
+      torque.x = torque.x + side.y * leaning;
+      torque.y = torque.y - side.x * leaning;
+      const B uphill = (-0.5 * a.grade) * weight;
+      force.x = force.x + rail.x(uphill, zero);
+      force.y = force.y + rail.y(uphill, zero);
+    }
+    force.store(a.force + k, n);
+    torque.store(a.torque + k, n);
+  });
+}
+
+template <class B>
+void spatial_forces(const SpatialArrays& a, const double* y) {
+  if (a.straight) forces_on<B, true>(a, y);
+  else forces_on<B, false>(a, y);
+}
+
+template <class B, bool straight>
+[[gnu::flatten]] void work_on(const SpatialArrays& arrays, const double* before, const double* after, double h,
+                              EnergyLedger& spent) {
+  using L = Lanes<B>;
+  const SpatialArrays a = arrays;
+  const std::ptrdiff_t n = a.cars, m = n + 1;
+  static constexpr double kLane[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
+  const auto both = [&](SpatialColumn c, std::ptrdiff_t k) {
+    return Three<B>::load(before + c * n + k, n) + Three<B>::load(after + c * n + k, n);
+  };
+  B brakes(0.0), rails(0.0), dampers(0.0), grade(0.0), couplers(0.0);
+  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
+    const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
+    const Frame<B> f = Frame<B>::load(a.axes_before, k, n);
+    const Three<B> v = both(SVX, k), w = f.world(both(ROLL_RATE, k));
+    w.store(a.mean_rotation + k, n);
+    const Three<B> down = f.up * L::load(a.centre_height + k), side = f.left * B(a.half_base);
+    const B rock = w.x * side.y - w.y * side.x;
+    for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
+      const std::ptrdiff_t truck = end + k;
+      const B half = L::load(a.half_spacing + k);
+      const Three<B> velocity = v + w.cross(f.forward * (end == 0 ? half : B(-half)) - down);
+      const AlongRails<B, straight> rail(a, truck);
+      const B on = fresh * L::load(a.on_rails + truck);
+      brakes = brakes + on * L::load(a.brake + truck) * rail.along(velocity);
+      rails = rails + on * L::load(a.lateral + truck) * rail.across(velocity);
+      dampers = dampers + on * (L::load(a.damper + truck) * velocity.z + L::load(a.rocker + truck) * rock);
+      grade = grade + fresh * L::load(a.weight + k) * rail.along(v);
+    }
+  });
+  for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done) {
+    const std::ptrdiff_t j = i + 1;
+    const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
+    const B rate = Three<B>::load(a.bar + j, m).dot(both(SVX, i) - both(SVX, j)) +
+                   Three<B>::load(a.about_lead + j, m).dot(Three<B>::load(a.mean_rotation + i, n)) -
+                   Three<B>::load(a.about_trail + j, m).dot(Three<B>::load(a.mean_rotation + j, n));
+    couplers = couplers + fresh * L::load(a.pin_damper + j) * rate;
+  });
+  const double half = 0.5 * h;
+  spent.work_on_track -= half * L::sum(brakes);
+  spent.work_rails -= half * L::sum(rails);
+  spent.work_truck_damping -= half * L::sum(dampers);
+  spent.work_grade += half * 0.5 * a.grade * L::sum(grade);
+  spent.work_coupler_damping -= half * L::sum(couplers);
+}
+
+template <class B>
+void spatial_work(const SpatialArrays& a, const double* before, const double* after, double h, EnergyLedger& spent) {
+  if (a.straight) work_on<B, true>(a, before, after, h, spent);
+  else work_on<B, false>(a, before, after, h, spent);
+}
+
+template <class B>
+[[gnu::flatten]] void accelerate_cars(const SpatialArrays& arrays, const double* y, double h, double* result) {
+  using L = Lanes<B>;
+  const SpatialArrays a = arrays;
+  const std::ptrdiff_t n = a.cars;
+  const double per_step = 1.0 / h;
+  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    (Three<B>::load(a.force + k, n) * L::load(a.inverse_mass + k)).store(result + k, n);
+    const Frame<B> f = Frame<B>::load(a.axes, k, n);
+    const Three<B> inertia = Three<B>::load(a.inertia + k, n), rates = Three<B>::load(y + ROLL_RATE * n + k, n);
+    const Three<B> spin = inertia.times(rates) + f.own(Three<B>::load(a.torque + k, n)) * B(h);
+    spin.store(a.spin + k, n);
+    const Three<B> mean = mean_rates(inertia, spin, h);
+    ((mean - rates) * B(per_step)).store(result + 3 * n + k, n);
+  });
+}
+
+template <class B>
+[[gnu::flatten]] void truck_places(const SpatialArrays& a, const double* y, double* px, double* py) {
+  using L = Lanes<B>;
+  const std::ptrdiff_t n = a.cars;
+  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    const B half = L::load(a.half_spacing + k), height = L::load(a.centre_height + k);
+    for (const std::ptrdiff_t c : {std::ptrdiff_t{0}, std::ptrdiff_t{1}}) {
+      const B middle = L::load(y + (SX + c) * n + k) - L::load(a.axes + (6 + c) * n + k) * height;
+      const B ahead = L::load(a.axes + c * n + k) * half;
+      double* p = (c == 0 ? px : py) + k;
+      L::store(middle + ahead, p);
+      L::store(middle - ahead, p + n);
+    }
+  });
+}
+
+template <class B>
+[[gnu::flatten]] double swirls(const SpatialArrays& a, const double* y, const double* radius, double* swirl,
+                               double& largest) {
+  using L = Lanes<B>;
+  using std::sqrt;
+  const std::ptrdiff_t n = a.cars;
+  B fastest(0.0), spinning(0.0);
+  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    const Three<B> v = Three<B>::load(y + SVX * n + k, n), w = Three<B>::load(y + ROLL_RATE * n + k, n);
+    const B speed = v.dot(v), turning = L::load(radius + k) * sqrt(w.dot(w));
+    L::store(turning, swirl + k);
+    fastest = select(speed > fastest, speed, fastest);
+    spinning = select(turning > spinning, turning, spinning);
+  });
+  largest = L::max(spinning);
+  return std::sqrt(L::max(fastest));
+}
+
+template <class B>
+constexpr SpatialKernels spatial_kernels(const char* instruction_set) {
+  return {instruction_set, Lanes<B>::count, look<B>,           turn_cars<B>,   couple_cars<B>, spatial_forces<B>,
+          spatial_work<B>, accelerate_cars<B>, truck_places<B>, swirls<B>};
+}
+
+}  // namespace train_derail::model
