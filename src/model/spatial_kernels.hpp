@@ -1,6 +1,6 @@
 /// \file
-/// Loops of the spatial model over cars, couplers and trucks, several side by side; see kernels.hpp. They do what every car
-/// that stands upright on its trucks needs in every step.
+/// Loops of the spatial model over cars, couplers and trucks, several side by side; see kernels.hpp. They do what every
+/// car that stands upright on its trucks needs in every step.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,26 @@ namespace train_derail::model {
 
 /// Columns of a state of the spatial model, one entry a car (SpatialModel).
 enum SpatialColumn {
-  SX, SY, SZ,                       // of the centre of mass
-  TURN_X, TURN_Y, TURN_Z,           // angles turned in this step, about the car's axes
-  SVX, SVY, SVZ,                    // velocity
-  ROLL_RATE, PITCH_RATE, YAW_RATE,  // body rates
-  QX, QY, QZ, QW                    // orientation
+  SX,
+  SY,
+  SZ,  // of the centre of mass
+  TURN_X,
+  TURN_Y,
+  TURN_Z,  // angles turned in this step, about the car's axes
+  SVX,
+  SVY,
+  SVZ,  // velocity
+  ROLL_RATE,
+  PITCH_RATE,
+  YAW_RATE,  // body rates
+  QX,
+  QY,
+  QZ,
+  QW  // orientation
 };
 
-/// Vectors are three columns, one after the other. One entry a car unless said otherwise; trucks: the front trucks of all
-/// cars, then the rear ones; couplers: at [i + 1] of cars + 1 entries, the ends are zero.
+/// Vectors are three columns, one after the other. One entry a car unless said otherwise; trucks: the front trucks of
+/// all cars, then the rear ones; couplers: at [i + 1] of cars + 1 entries, the ends are zero.
 struct SpatialArrays {
   std::ptrdiff_t cars = 0;
   const inputs::Coupler* coupler = nullptr;
@@ -39,14 +50,14 @@ struct SpatialArrays {
 
   double *axes = nullptr, *axes_before = nullptr;  ///< forward, left, up: nine columns
   double* rotation = nullptr;                      ///< angular velocity, world frame
-  double *spin = nullptr;  ///< angular momentum along the car's axes, with what the step has added
-  double *force = nullptr, *torque = nullptr;      ///< sums, world frame; about the centre of mass
+  double* spin = nullptr;                      ///< angular momentum along the car's axes, with what the step has added
+  double *force = nullptr, *torque = nullptr;  ///< sums, world frame; about the centre of mass
 
   // Trucks.
-  const double* on_rails = nullptr;                         ///< 1 or 0
-  const double* offset = nullptr;                           ///< from the alignment [m]
-  const double *tangent_x = nullptr, *tangent_y = nullptr;  ///< of the track; not used where it is straight
-  const double* braked = nullptr;                           ///< strain of the brakes [m]
+  const double* on_rails = nullptr;                                    ///< 1 or 0
+  const double* offset = nullptr;                                      ///< from the alignment [m]
+  const double *tangent_x = nullptr, *tangent_y = nullptr;             ///< of the track; not used where it is straight
+  const double* braked = nullptr;                                      ///< strain of the brakes [m]
   double *braked_next = nullptr, *load = nullptr, *leaning = nullptr;  ///< both sides [N]; left less right
   double *brake = nullptr, *lateral = nullptr, *damper = nullptr, *rocker = nullptr;  ///< parts of these forces [N]
 
@@ -54,9 +65,9 @@ struct SpatialArrays {
   const double *alive = nullptr, *damping = nullptr;
   double *axial = nullptr, *pin_axial = nullptr, *pin_damper = nullptr;  ///< buff positive [N]; at [i]; at [i + 1]
   double *bar = nullptr, *about_lead = nullptr, *about_trail = nullptr;  ///< direction, its moments about the two cars
-  double* far = nullptr;                                 ///< 1 where a stop may be engaged, else 0
-  double* rise = nullptr;                                ///< of the lead car's pin over the trail car's [m]
-  double* mean_rotation = nullptr;                       ///< car: sum of the rotations before and after the step
+  double* far = nullptr;                                                 ///< 1 where a stop may be engaged, else 0
+  double* rise = nullptr;           ///< of the lead car's pin over the trail car's [m]
+  double* mean_rotation = nullptr;  ///< car: sum of the rotations before and after the step
 };
 
 /// One version of the loops.

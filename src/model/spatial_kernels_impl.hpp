@@ -30,7 +30,8 @@ Frame<B> frame_of(const Turn<B>& q) {
   const B x = q.v.x + q.v.x, y = q.v.y + q.v.y, z = q.v.z + q.v.z;
   const B wx = x * q.w, wy = y * q.w, wz = z * q.w;
   const B xx = x * q.v.x, xy = y * q.v.x, xz = z * q.v.x, yy = y * q.v.y, yz = z * q.v.y, zz = z * q.v.z;
-  return {{1.0 - (yy + zz), xy + wz, xz - wy}, {xy - wz, 1.0 - (xx + zz), yz + wx}, {xz + wy, yz - wx, 1.0 - (xx + yy)}};
+  return {
+      {1.0 - (yy + zz), xy + wz, xz - wy}, {xy - wz, 1.0 - (xx + zz), yz + wx}, {xz + wy, yz - wx, 1.0 - (xx + yy)}};
 }
 
 template <class B>
@@ -88,8 +89,7 @@ template <class B>
         lead.up * B(law.height - L::load(a.centre_height + i)) - lead.forward * L::load(a.half_length + i);
     const Three<B> arm_trail =
         trail.up * B(law.height - L::load(a.centre_height + j)) + trail.forward * L::load(a.half_length + j);
-    const Three<B> d =
-        (Three<B>::load(y + SX * n + i, n) - Three<B>::load(y + SX * n + j, n)) + (arm_lead - arm_trail);
+    const Three<B> d = (Three<B>::load(y + SX * n + i, n) - Three<B>::load(y + SX * n + j, n)) + (arm_lead - arm_trail);
     const B square = d.dot(d), inverse = Roots<B>::inverse(square), gap = square * inverse;
     const Three<B> u = d * inverse;
     const Three<B> about_lead = arm_lead.cross(u), about_trail = arm_trail.cross(u);
@@ -200,7 +200,8 @@ template <class B, bool straight>
       const auto slides = pull != brake;
       L::store(select(on, select(slides, B(brake * (-1.0 / a.brake_stiffness)), strain), zero), a.braked_next + truck);
       // At the top of the rails, sideways.
-      const B held = rail_force<B>(rails, L::load(a.rail_damping + k), L::load(a.offset + truck), rail.across(velocity));
+      const B held =
+          rail_force<B>(rails, L::load(a.rail_damping + k), L::load(a.offset + truck), rail.across(velocity));
       const B lateral = select(on, held, zero);
       L::store(brake, a.brake + truck);
       L::store(lateral, a.lateral + truck);
@@ -329,7 +330,7 @@ template <class B>
 
 template <class B>
 constexpr SpatialKernels spatial_kernels(const char* instruction_set) {
-  return {instruction_set, Lanes<B>::count, look<B>,           turn_cars<B>,   couple_cars<B>, spatial_forces<B>,
+  return {instruction_set, Lanes<B>::count,    look<B>,         turn_cars<B>, couple_cars<B>, spatial_forces<B>,
           spatial_work<B>, accelerate_cars<B>, truck_places<B>, swirls<B>};
 }
 

@@ -252,6 +252,7 @@ struct SpatialModel::Parts {
 
   // Trucks: the front trucks of all cars, then the rear ones; SpatialArrays has the forces.
   std::vector<char> lost, past;
+  std::vector<std::size_t> loose;  // trucks that are off the rails, in order
   std::vector<Cause> first_cause;
   std::vector<double> on_rails, arc, offset, tangent_x, tangent_y, place_x, place_y, overloaded, lateral,
       lateral_before, kick;
@@ -356,8 +357,9 @@ struct SpatialModel::Parts {
     if (scenario.ground.off_track_law == inputs::OffTrackLaw::by_slip)
       mu = slip_friction<double>(scenario.ground, velocity.squaredNorm(), velocity.dot(q.axes.col(1)), offset[truck]);
     if (!scenario.ground.patches.empty()) mu *= patch_factor(scenario.ground.patches, arc[truck], offset[truck]);
+    OnGround sum;
     for (const bool left : {false, true}) {
-      const Vector3d place = wheel(q, truck, left), arm = place - q.centre;
+      const Vector3d place = wheel(q, truck, left);
       const Under under = ground_under(place, arc[truck]);
       const double depth = b.sag - (place.z() - under.z);
       const std::size_t point = kPoints * car + (truck < n ? 0 : 2) + (left ? 1 : 0);
@@ -365,45 +367,73 @@ struct SpatialModel::Parts {
         sheared_next[point].setZero();
         continue;
       }
-      const Vector3d v = q.velocity_at(place);
-      const double spring = b.spring * depth, total = std::max(spring - b.spring_damping * v.dot(under.up), 0.0);
-      push(car, spring * under.up, arm);
-      push(car, TRUCK_DAMPING, (total - spring) * under.up, arm);
-      const double carried = total * under.up.norm();
+      const double carried = press_on(sum, q, car, point, place, under.up, b.spring * depth, b.spring_damping, mu);
       load[truck] += carried;
       leaning[truck] += left ? carried : -carried;
-      push(car, OFF_TRACK, hold(car, point, under.up, v, mu * carried), arm);
     }
+    lie(car, TRUCK_DAMPING, sum);
+  }
+
+  /// Forces of the ground on some points of a car.
+  struct OnGround {
+    Wrench all{Vector3d::Zero(), Vector3d::Zero()}, damping = all, friction = all;
+    bool any = false;
+  };
+  void lie(std::size_t car, Account damping, const OnGround& sum) {
+    if (!sum.any) return;
+    add(car, sum.all.force, sum.all.torque);
+    accounts[car].add(damping, sum.damping.force, sum.damping.torque);
+    accounts[car].add(OFF_TRACK, sum.friction.force, sum.friction.torque);
+    lies[car] = true;
+  }
+
+  /// Adds the forces on a point of a car on the ground, where `spring` is its springs' part along `up`, and `damping`
+  /// [N s/m]; returns the normal force.
+  double press_on(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t point, const Vector3d& place,
+                  const Vector3d& up, double spring, double damping, double mu) {
+    const Vector3d arm = place - q.centre, v = q.velocity + q.rotation.cross(arm), turning = arm.cross(up);
+    const double up_square = level ? 1.0 : up.squaredNorm(), up_rate = v.dot(up);
+    const double total = std::max(spring - damping * up_rate, 0.0), carried = total * std::sqrt(up_square);
+    const Vector3d slip = v - up_rate / up_square * up;
+    const Vector3d rub = hold(car, point, up, up_square, slip, mu * carried), rub_turning = arm.cross(rub);
+    sum.any = true;
+    sum.all.force += total * up + rub;
+    sum.all.torque += total * turning + rub_turning;
+    sum.damping.force += (total - spring) * up;
+    sum.damping.torque += (total - spring) * turning;
+    sum.friction.force += rub;
+    sum.friction.torque += rub_turning;
+    return carried;
   }
 
   /// Friction of a point on the ground, at most `limit`: the ground is strained until it gives way. A force that grew
   /// with the speed instead would let cars creep down a bank.
-  Vector3d hold(std::size_t car, std::size_t point, const Vector3d& up, const Vector3d& velocity, double limit) {
-    const double stiffness = scenario.terrain.body_stiffness, up_square = up.squaredNorm();
-    const auto flat = [&](const Vector3d& v) { return Vector3d(v - v.dot(up) / up_square * up); };
-    const Vector3d slip = flat(velocity);
-    Vector3d strain = flat(sheared[point]) + step * slip;
-    Vector3d force = -stiffness * strain - bodies[car].ground_damping * slip;
-    const double size = force.norm();
-    if (size > limit) {
-      force *= limit / size;
-      strain = force / -stiffness;
+  Vector3d hold(std::size_t car, std::size_t point, const Vector3d& up, double up_square, const Vector3d& slip,
+                double limit) {
+    const double stiffness = scenario.terrain.body_stiffness;
+    Vector3d strain = sheared[point] - sheared[point].dot(up) / up_square * up + step * slip;
+    Vector3d rub = -stiffness * strain - bodies[car].ground_damping * slip;
+    const double square = rub.squaredNorm();
+    if (square > limit * limit) {
+      rub *= limit / std::sqrt(square);
+      strain = rub * (-1.0 / stiffness);
     }
     sheared_next[point] = strain;
-    lies[car] = true;
-    return force;
+    return rub;
   }
 
-  Vector3d corner(const SpatialMotion& q, const Body& b, std::size_t i) const {
+  /// A point of the body's edges, from the centre of mass along the car's axes.
+  static Vector3d corner_of(const Body& b, std::size_t i) {
     const Vector3d sign(static_cast<double>(i / 4) - 1.0, (i & 1U) != 0 ? 1.0 : -1.0, (i & 2U) != 0 ? 1.0 : -1.0);
-    return q.point(b.box_centre + sign.cwiseProduct(b.box_half));
+    return b.box_centre + sign.cwiseProduct(b.box_half);
   }
 
   void body_on_ground(std::size_t car) {
     const Body& b = bodies[car];
     // Nothing of the body can reach the ground: the usual case.
     const Vector3d rise(axes[2 * n + car], axes[5 * n + car], axes[8 * n + car]);
-    const double lowest = state[SZ * n + car] + rise.dot(b.box_centre) - rise.cwiseAbs().dot(b.box_half);
+    const double middle = state[SZ * n + car];
+    const double lowest = middle + rise.dot(b.box_centre) - rise.cwiseAbs().dot(b.box_half);
     if (lowest > highest_ground) {
       if (lies[car])
         std::fill_n(sheared_next.begin() + static_cast<std::ptrdiff_t>(kPoints * car + kWheels), kCorners,
@@ -411,23 +441,23 @@ struct SpatialModel::Parts {
       return;
     }
     const SpatialMotion& q = at(car);
+    OnGround sum;
     for (std::size_t i = 0; i < kCorners; ++i) {
       const std::size_t point = kPoints * car + kWheels + i;
-      const Vector3d place = corner(q, b, i);
-      const Under under = place.z() < highest_ground ? ground_under(place, arc[car]) : Under{place.z(), {}};
-      const double depth = under.z - place.z();
-      if (depth <= 0.0) {
-        sheared_next[point].setZero();
-        continue;
+      const Vector3d own = corner_of(b, i);
+      if (middle + rise.dot(own) < highest_ground) {
+        const Vector3d place = q.point(own);
+        const Under under = ground_under(place, arc[car]);
+        const double depth = under.z - place.z();
+        if (depth > 0.0) {
+          press_on(sum, q, car, point, place, under.up, scenario.terrain.body_stiffness * depth, b.ground_damping,
+                   scenario.terrain.body_friction);
+          continue;
+        }
       }
-      const Vector3d v = q.velocity_at(place), arm = place - q.centre;
-      const double spring = scenario.terrain.body_stiffness * depth;
-      const double total = std::max(spring - b.ground_damping * v.dot(under.up), 0.0);
-      push(car, spring * under.up, arm);
-      push(car, BODY_GROUND, (total - spring) * under.up, arm);
-      push(car, OFF_TRACK, hold(car, point, under.up, v, scenario.terrain.body_friction * total * under.up.norm()),
-           arm);
+      sheared_next[point].setZero();
     }
+    lie(car, BODY_GROUND, sum);
   }
 
   /// A bar between two pins, as seen from both cars.
@@ -545,10 +575,9 @@ struct SpatialModel::Parts {
     wide.forces(arrays, state);
     for (std::size_t k = 0; k < n; ++k) {
       accounts[k].used = 0;
-      for (const std::size_t truck : {k, n + k})
-        if (on_rails[truck] == 0.0) off_track(truck, k);
       body_on_ground(k);
     }
+    for (const std::size_t truck : loose) off_track(truck, car_of(truck));
     for (std::size_t i = 0; i < alive.size(); ++i) couple(i);
     forces_found = true;
   }
@@ -618,7 +647,7 @@ struct SpatialModel::Parts {
   void touch(double t, double h, Pair& pair) {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     // As far as they were apart, less what they may have moved since then, they need not be looked at.
-    pair.apart -= 1.05 * h * (std::sqrt((velocity(a) - velocity(b)).squaredNorm()) + swirl[a] + swirl[b]);
+    pair.apart -= 1.05 * h * ((velocity(a) - velocity(b)).cwiseAbs().sum() + swirl[a] + swirl[b]);
     if (pair.apart > 0.0) return;
     const Box box_a = box(a), box_b = box(b);
     const BoxManifold m = press(box_a, box_b, pair.axis);
@@ -715,7 +744,7 @@ struct SpatialModel::Parts {
   double ground_energy(std::size_t car, const SpatialMotion& q) const {
     double e = 0.0;
     for (std::size_t i = 0; i < kCorners; ++i) {
-      const Vector3d place = corner(q, bodies[car], i);
+      const Vector3d place = q.point(corner_of(bodies[car], i));
       const double depth = ground_under(place, arc[car]).z - place.z();
       if (depth > 0.0) e += 0.5 * scenario.terrain.body_stiffness * depth * depth;
     }
@@ -743,6 +772,7 @@ struct SpatialModel::Parts {
     const SpatialMotion& q = at(car);
     const double stored = suspension_energy(truck, q);
     on_rails[truck] = 0.0;
+    loose.insert(std::lower_bound(loose.begin(), loose.end(), truck), truck);
     overloaded[truck] = lateral[truck] = braked[truck] = 0.0;
     // What the springs held up falls from the rails to the ground.
     record.spent.work_rails += stored - suspension_energy(truck, q);
@@ -817,8 +847,8 @@ struct SpatialModel::Parts {
       leave(t, truck, Cause::lateral, nullptr);
       offset[truck] += track.alignment(arc[truck]);
     }
-    for (std::size_t truck = 0; truck < 2 * n; ++truck) {
-      if (on_rails[truck] != 0.0 || lost[truck] || load[truck] > 0.0) continue;
+    for (const std::size_t truck : loose) {
+      if (lost[truck] || load[truck] > 0.0) continue;
       const std::size_t car = car_of(truck);
       if (axes[8 * n + car] >= cos_part) continue;
       record.spent.work_truck_damping += suspension_energy(truck, at(car));
@@ -1193,6 +1223,9 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
     const auto first = p.sheared.begin() + static_cast<std::ptrdiff_t>(kPoints * k);
     p.lies[k] = std::any_of(first, first + kPoints, [](const Vector3d& v) { return !v.isZero(0.0); });
   }
+  p.loose.clear();
+  for (std::size_t truck = 0; truck < 2 * p.n; ++truck)
+    if (p.on_rails[truck] == 0.0) p.loose.push_back(truck);
   p.find_standing();
   p.wide.look(p.arrays, y);
   p.look(y);
