@@ -1110,6 +1110,26 @@ CarMotion SpatialModel::car_motion(const double* y, Eigen::Index car) const {
           q.rotation.z()};
 }
 
+Footprint SpatialModel::footprint(const double* y, Eigen::Index car) const {
+  const Body& b = parts_->bodies[static_cast<std::size_t>(car)];
+  const SpatialMotion q = motion(y, car);
+  const Vector3d centre = q.point(b.box_centre);
+  Footprint f{{centre.x(), centre.y()}, car_motion(y, car).axis, 0.0, 0.0};
+  const auto half_extent = [&](const Vector2& u) {
+    return (q.axes.topRows<2>().transpose() * u).cwiseAbs().dot(b.box_half);
+  };
+  f.half_length = half_extent(f.axis);
+  f.half_width = half_extent(f.side());
+  return f;
+}
+
+std::optional<Attitude> SpatialModel::attitude(const double* y, Eigen::Index car) const {
+  const Body& b = parts_->bodies[static_cast<std::size_t>(car)];
+  const SpatialMotion q = motion(y, car);
+  const double middle = q.point(b.box_centre).z();
+  return Attitude{std::acos(std::clamp(q.axes(2, 2), -1.0, 1.0)), middle, middle - q.axes.row(2).cwiseAbs().dot(b.box_half)};
+}
+
 void SpatialModel::find_headings(const double* y, double* cosine, double* sine) const {
   for (Eigen::Index k = 0; k < car_count(); ++k) {
     const CarMotion q = car_motion(y, k);

@@ -35,6 +35,7 @@ std::string by_cause(const Outcome& o) {
 
 bool has_impacts(const Outcome& o) { return o.impacts.count > 0; }
 bool has_broken(const Outcome& o) { return o.couplers_broken > 0; }
+bool has_posture(const Outcome& o) { return o.posture.cars() > 0; }
 bool has_blockage(const Outcome& o) { return o.blockage_force > 0.0; }
 /// A car that stands in line just past the point, as the first one does when a run begins, is no heap.
 bool has_pile_up(const Outcome& o) { return o.cars_off_track > 0 || o.cars_derailed > 1; }
@@ -250,6 +251,75 @@ void add_pile_up(Fields<Outcome>& f) {
       .as_headline();
 }
 
+void add_site(Fields<Outcome>& f) {
+  f.add(
+       "lateral_reach", kLength, "lateral reach",
+       "Largest distance from the centre line of any corner of a car derailed or off the track.",
+       [](auto& o) -> auto& { return o.site.lateral_reach; })
+      .shown_when(has_pile_up)
+      .in_studies()
+      .as_headline();
+  f.add(
+       "cars_beyond_10m", kCars, "cars reaching beyond 10 m", "Cars that reach more than 10 m from the centre line.",
+       [](auto& o) -> auto& { return o.site.beyond_10; })
+      .shown_when([](const Outcome& o) { return o.site.beyond_10 > 0; })
+      .in_studies();
+  f.add(
+       "cars_beyond_20m", kCars, "cars reaching beyond 20 m", "Cars that reach more than 20 m from the centre line.",
+       [](auto& o) -> auto& { return o.site.beyond_20; })
+      .shown_when([](const Outcome& o) { return o.site.beyond_20 > 0; })
+      .in_studies();
+  f.add(
+       "cars_beyond_30m", kCars, "cars reaching beyond 30 m", "Cars that reach more than 30 m from the centre line.",
+       [](auto& o) -> auto& { return o.site.beyond_30; })
+      .shown_when([](const Outcome& o) { return o.site.beyond_30 > 0; })
+      .in_studies();
+}
+
+void add_posture(Fields<Outcome>& f) {
+  f.derive("cars_over", kCars, "cars on their side or over",
+           "Cars of the pile-up tilted by 45 degrees or more: cars_on_side and cars_inverted.",
+           [](const Outcome& o) { return o.posture.over(); })
+      .shown_when(has_posture)
+      .in_studies()
+      .as_leading_headline();
+  f.add(
+       "cars_upright", kCars, "cars upright",
+       "Cars of the pile-up tilted by less than 10 degrees; these four: 0 in models of the plane.",
+       [](auto& o) -> auto& { return o.posture.upright; })
+      .shown_when(has_posture)
+      .in_studies()
+      .as_headline();
+  f.add(
+       "cars_leaning", kCars, "cars leaning", "Cars of the pile-up tilted by 10 to 45 degrees.",
+       [](auto& o) -> auto& { return o.posture.leaning; })
+      .shown_when(has_posture)
+      .in_studies()
+      .as_headline();
+  f.add(
+       "cars_on_side", kCars, "cars on their side", "Cars of the pile-up tilted by 45 to 135 degrees.",
+       [](auto& o) -> auto& { return o.posture.on_side; })
+      .shown_when(has_posture)
+      .in_studies();
+  f.add(
+       "cars_inverted", kCars, "cars inverted", "Cars of the pile-up tilted by more than 135 degrees.",
+       [](auto& o) -> auto& { return o.posture.inverted; })
+      .shown_when(has_posture)
+      .in_studies();
+  f.add(
+       "cars_on_top", kCars, "cars on top of others",
+       "Cars of the pile-up the middle of whose body is more than 1.5 m above that of a car below them.",
+       [](auto& o) -> auto& { return o.posture.on_top; })
+      .shown_when(has_posture)
+      .in_studies();
+  f.add(
+       "drop_max", kLength, "largest drop",
+       "Largest depth of the lowest point of a car of the pile-up below the top of the rails; 0 in models of the plane.",
+       [](auto& o) -> auto& { return o.posture.drop_max; })
+      .shown_when(has_posture)
+      .in_studies();
+}
+
 void add_energy(Fields<Outcome>& f) {
   f.add(
        "energy_initial", kEnergy, "energy at the start", "Kinetic and strain energy at the start.",
@@ -310,6 +380,8 @@ const Fields<Outcome>& outcome_fields() {
     add_closing(f);
     add_couplers(f);
     add_pile_up(f);
+    add_site(f);
+    add_posture(f);
     add_energy(f);
     add_run(f);
     return f;

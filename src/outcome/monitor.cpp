@@ -7,6 +7,7 @@
 #include "outcome/loops.hpp"
 #include "train_derail/model/coupler_law.hpp"
 #include "train_derail/outcome/pile_up.hpp"
+#include "train_derail/outcome/posture.hpp"
 
 namespace train_derail::outcome {
 
@@ -240,12 +241,32 @@ PileUp Monitor::pile_up(const double* y) const {
   std::vector<model::Footprint> footprints;
   std::vector<bool> counted;
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-    footprints.push_back(footprint(k, model_.car_motion(y, k)));
+    footprints.push_back(model_.footprint(y, k));
     counted.push_back(model_.derailed(k) || off_track(k));
   }
   return outcome::pile_up(footprints, counted, [this](std::size_t car, const Vector2& point) {
     return model_.track_place(static_cast<Eigen::Index>(car), point);
   });
+}
+
+double Monitor::lateral_reach(const double* y, Eigen::Index car) const {
+  const model::Footprint f = model_.footprint(y, car);
+  double reach = 0.0;
+  for (const Vector2& corner : f.corners()) {
+    reach = std::max(reach, std::abs(model_.track_place(car, corner).offset));
+  }
+  return reach;
+}
+
+void Monitor::report_site(const double* y, Outcome& o) const {
+  o.site = {};
+  std::vector<Standing> standing;
+  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
+    if (!model_.derailed(k) && !off_track(k)) continue;
+    o.site.add_reach(lateral_reach(y, k));
+    if (const auto attitude = model_.attitude(y, k)) standing.push_back({model_.footprint(y, k), *attitude});
+  }
+  o.posture = posture(standing);
 }
 
 void Monitor::report_incidents(const model::Incidents& incidents, Outcome& o) const {
@@ -303,6 +324,7 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
     o.cars_off_track += off_track(k) ? 1 : 0;
   }
   o.pile_up = pile_up(y);
+  report_site(y, o);
   o.closing_speed_max = closing_;
   o.touches = static_cast<int>(touches_.size());
   o.relative_speed_max = relative_;

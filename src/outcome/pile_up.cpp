@@ -28,13 +28,10 @@ PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool
     const model::TrackPlace middle = place(k, f.centre);
     const double cosine = std::abs(f.axis.dot(middle.tangent));
     if (cosine < 0.5) ++p.cars_across;
-    for (const double i : {-1.0, 1.0}) {
-      for (const double j : {-1.0, 1.0}) {
-        const Vector2 c = f.centre + i * f.half_length * f.axis + j * f.half_width * f.side();
-        bg::append(corners, Point(c.x(), c.y()));
-        const model::TrackPlace corner = place(k, c);
-        extent.extend(Vector2(corner.s, corner.offset));
-      }
+    for (const Vector2& c : f.corners()) {
+      bg::append(corners, Point(c.x(), c.y()));
+      const model::TrackPlace corner = place(k, c);
+      extent.extend(Vector2(corner.s, corner.offset));
     }
     if (cosine >= kMainPileCosine) continue;
     const double reach = f.reach(middle.tangent);

@@ -2,6 +2,7 @@
 /// Footprints of cars on the ground: oriented rectangles, where they lie by the track, and whether two of them touch.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -16,6 +17,10 @@ struct Footprint {
   double half_length, half_width;  ///< m
 
   Vector2 side() const { return {-axis.y(), axis.x()}; }
+  std::array<Vector2, 4> corners() const {
+    const Vector2 l = half_length * axis, w = half_width * side();
+    return {centre + l + w, centre + l - w, centre - l - w, centre - l + w};
+  }
   /// Half the extent along a unit vector.
   double reach(const Vector2& direction) const {
     return half_length * std::abs(axis.dot(direction)) + half_width * std::abs(side().dot(direction));

@@ -57,6 +57,8 @@ class SpatialModel final : public TrainModel {
   Observation observe(const double* y) const override;
   PlanColumns plan(const double* y) const override;
   CarMotion car_motion(const double* y, Eigen::Index car) const override;
+  Footprint footprint(const double* y, Eigen::Index car) const override;
+  std::optional<Attitude> attitude(const double* y, Eigen::Index car) const override;
   /// One car of state `y` in space.
   SpatialMotion motion(const double* y, Eigen::Index car) const;
   /// Puts a car of state `y` somewhere else; SpatialMotion::rotation follows from the body rates.

@@ -2,6 +2,7 @@
 /// What everybody may ask of a model of a train, whatever coordinates it moves.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "train_derail/eigen_types.hpp"
@@ -36,6 +37,13 @@ struct CarMotion {
   PointMotion point(double offset) const { return {centre + offset * axis, velocity + offset * omega * side()}; }
 };
 
+/// How a car stands, in models of space.
+struct Attitude {
+  double tilt = 0.0;    ///< angle between the car's own vertical axis and the vertical, 0 to pi [rad]
+  double height = 0.0;  ///< of the middle of its body above the top of the rails [m]
+  double lowest = 0.0;  ///< of the lowest corner of its body above the top of the rails [m]
+};
+
 /// Everybody but the models takes a state vector as it is, and learns what is in it by observe() and plan(). Cars and
 /// couplers are counted from 0: coupler i joins car i (lead) and car i + 1 (trail).
 class TrainModel {
@@ -66,6 +74,10 @@ class TrainModel {
   virtual PlanColumns plan(const double* y) const = 0;
   /// One car of state `y` as seen from above.
   virtual CarMotion car_motion(const double* y, Eigen::Index car) const = 0;
+  /// What the body covers of the ground, seen from above.
+  virtual Footprint footprint(const double* y, Eigen::Index car) const;
+  /// How the car stands; nothing in models of the plane.
+  virtual std::optional<Attitude> attitude(const double* /*y*/, Eigen::Index /*car*/) const { return std::nullopt; }
 
   /// The car has left the track: past the point of derailment, or, on rails that yield, a truck off them. Never undone.
   virtual bool derailed(Eigen::Index car) const = 0;

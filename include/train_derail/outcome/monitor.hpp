@@ -40,6 +40,9 @@ class Monitor {
   /// Largest speed of any truck centre in the last sample [m/s].
   double truck_speed_max() const { return truck_speed_max_; }
 
+  /// Distance from the centre line of the farthest corner of a car's footprint [m].
+  double lateral_reach(const double* y, Eigen::Index car) const;
+
   /// Saves or restores all that it has seen.
   void walk(files::Archive& archive);
 
@@ -77,6 +80,7 @@ class Monitor {
   void sample_touches(double t, const double* y);
   void note(const FirstTouch& touch);
   PileUp pile_up(const double* y) const;
+  void report_site(const double* y, Outcome& outcome) const;
   void report_peaks(double t, const double* y, Outcome& outcome) const;
   void report_incidents(const model::Incidents& incidents, Outcome& outcome) const;
 

@@ -72,6 +72,43 @@ inline constexpr double kMainPileGap = 15.0;
 /// Cosine of the angle of 30 degrees beyond which a car counts as turned.
 inline constexpr double kMainPileCosine = 0.86602540378443865;
 
+/// How the cars lie that have derailed or are off the track, by the angle between a car's own vertical axis and the
+/// vertical. Models of space only; all zero in models of the plane.
+struct Posture {
+  int upright = 0;        ///< cars tilted by less than kLeaning
+  int leaning = 0;        ///< cars tilted by less than kOver
+  int on_side = 0;        ///< cars tilted by at most kInverted
+  int inverted = 0;       ///< cars tilted by more
+  int on_top = 0;         ///< cars the middle of whose body is more than kOnTop above that of a car below them
+  double drop_max = 0.0;  ///< of the lowest point of any of them below the top of the rails [m]
+
+  /// Cars on the side or inverted: what reports call overturned.
+  int over() const { return on_side + inverted; }
+  /// Cars that it tells of.
+  int cars() const { return upright + leaning + over(); }
+};
+/// Bounds of the angle of Posture: 10, 45 and 135 degrees [rad].
+inline constexpr double kLeaning = 10.0 * inputs::kDegree, kOver = 45.0 * inputs::kDegree,
+                        kInverted = 135.0 * inputs::kDegree;
+/// Half the height of a body: a car lies on another from here on [m].
+inline constexpr double kOnTop = 1.5;
+
+/// How far the cars that have derailed or are off the track reach from the centre line: what setbacks and crash walls
+/// are judged by.
+struct Site {
+  double lateral_reach = 0.0;  ///< of the farthest corner of any footprint [m]
+  /// Cars that reach farther than 10, 20 and 30 m.
+  int beyond_10 = 0, beyond_20 = 0, beyond_30 = 0;
+
+  /// Adds a car that reaches so far [m].
+  void add_reach(double reach) {
+    lateral_reach = reach > lateral_reach ? reach : lateral_reach;
+    beyond_10 += reach > 10.0 ? 1 : 0;
+    beyond_20 += reach > 20.0 ? 1 : 0;
+    beyond_30 += reach > 30.0 ? 1 : 0;
+  }
+};
+
 /// Impacts of car bodies with contact forces (contact.law). Those whose closing speed normal is below kImpactSpeedMin
 /// are left out.
 struct Impacts {
@@ -105,6 +142,8 @@ struct Outcome {
   PeakForce coupler_draft_peak;      ///< largest tension
   double stop_time = 0.0;            ///< simulated time at the end, or so far [s]
   PileUp pile_up;
+  Site site;
+  Posture posture;
   int couplers_broken = 0;  ///< couplers that broke, by draft force, swing or moment
   Impacts impacts;
   double blockage_force = 0.0;        ///< mean buff force on the foremost car on the rails behind the derailed

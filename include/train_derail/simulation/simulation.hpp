@@ -2,7 +2,9 @@
 /// One run of one scenario: the same object under the node, the command line and the studies.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -16,6 +18,10 @@ namespace train_derail::simulation {
 /// One car at one moment, and what it has been through.
 struct CarSnapshot : model::CarObservation {
   bool off_track = false;  ///< a truck centre has been sideways by more than outcome.off_track_threshold
+  double lateral_reach = 0.0;  ///< of the farthest corner of the footprint from the centre line [m]
+
+  /// Angle between the car's own vertical axis and the vertical, 0 to pi [rad].
+  double tilt() const { return 2.0 * std::asin(std::min(1.0, std::hypot(qx, qy))); }
 };
 
 /// One coupler at one moment, and its largest forces in the steps of the last call of advance() that moved time. Forces
