@@ -13,7 +13,6 @@
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
 #include "model/spatial_kernels.hpp"
-#include "model/terrain.hpp"
 #include "simd/instruction_sets.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/model/contact_law.hpp"
@@ -21,6 +20,7 @@
 #include "train_derail/model/extended_model.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
+#include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
 
 namespace train_derail::model {
@@ -1127,7 +1127,8 @@ std::optional<Attitude> SpatialModel::attitude(const double* y, Eigen::Index car
   const Body& b = parts_->bodies[static_cast<std::size_t>(car)];
   const SpatialMotion q = motion(y, car);
   const double middle = q.point(b.box_centre).z();
-  return Attitude{std::acos(std::clamp(q.axes(2, 2), -1.0, 1.0)), middle, middle - q.axes.row(2).cwiseAbs().dot(b.box_half)};
+  return Attitude{std::acos(std::clamp(q.axes(2, 2), -1.0, 1.0)), middle,
+                  middle - q.axes.row(2).cwiseAbs().dot(b.box_half)};
 }
 
 void SpatialModel::find_headings(const double* y, double* cosine, double* sine) const {

@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "model/terrain.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/model/contact_law.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
 #include "train_derail/model/rail_law.hpp"
+#include "train_derail/model/terrain.hpp"
 #include "train_derail/model/train.hpp"
 
 namespace train_derail::model {

@@ -314,7 +314,8 @@ void add_posture(Fields<Outcome>& f) {
       .in_studies();
   f.add(
        "drop_max", kLength, "largest drop",
-       "Largest depth of the lowest point of a car of the pile-up below the top of the rails; 0 in models of the plane.",
+       "Largest depth of the lowest point of a car of the pile-up below the top of the rails; 0 in models of the "
+       "plane.",
        [](auto& o) -> auto& { return o.posture.drop_max; })
       .shown_when(has_posture)
       .in_studies();

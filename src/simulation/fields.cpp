@@ -78,7 +78,8 @@ const Fields<CarSnapshot>& car_fields() {
     f.add(
         "rear_truck_load", kForce, "load of the rear truck", "Vertical force that the truck carries.",
         [](auto& c) -> auto& { return c.rear_truck.load; });
-    f.derive("tilt", kAngle, "tilt", "Angle between the car's own vertical axis and the vertical; 0 in models of the plane.",
+    f.derive("tilt", kAngle, "tilt",
+             "Angle between the car's own vertical axis and the vertical; 0 in models of the plane.",
              [](const CarSnapshot& c) { return c.tilt(); });
     f.add(
         "lateral_reach", kLength, "lateral reach", "Distance of its farthest corner from the centre line.",

@@ -361,7 +361,8 @@ Snapshot Simulation::snapshot() const {
   s.cars.reserve(seen.cars.size());
   for (std::size_t k = 0; k < seen.cars.size(); ++k) {
     const auto car = static_cast<Eigen::Index>(k);
-    s.cars.push_back({seen.cars[k], impl_->monitor.off_track(car), impl_->monitor.lateral_reach(impl_->state.data(), car)});
+    s.cars.push_back(
+        {seen.cars[k], impl_->monitor.off_track(car), impl_->monitor.lateral_reach(impl_->state.data(), car)});
   }
   s.couplers.reserve(seen.couplers.size());
   for (std::size_t i = 0; i < seen.couplers.size(); ++i) {

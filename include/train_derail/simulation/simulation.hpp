@@ -17,7 +17,7 @@ namespace train_derail::simulation {
 
 /// One car at one moment, and what it has been through.
 struct CarSnapshot : model::CarObservation {
-  bool off_track = false;  ///< a truck centre has been sideways by more than outcome.off_track_threshold
+  bool off_track = false;      ///< a truck centre has been sideways by more than outcome.off_track_threshold
   double lateral_reach = 0.0;  ///< of the farthest corner of the footprint from the centre line [m]
 
   /// Angle between the car's own vertical axis and the vertical, 0 to pi [rad].
