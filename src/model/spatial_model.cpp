@@ -352,11 +352,13 @@ struct SpatialModel::Parts {
     if (lost[truck]) return;
     const Body& b = bodies[car];
     const SpatialMotion& q = at(car);
-    const Vector3d velocity = q.velocity_at(q.point(truck_place(truck)));
-    double mu = scenario.ground.off_track_friction;
-    if (scenario.ground.off_track_law == inputs::OffTrackLaw::by_slip)
-      mu = slip_friction<double>(scenario.ground, velocity.squaredNorm(), velocity.dot(q.axes.col(1)), offset[truck]);
-    if (!scenario.ground.patches.empty()) mu *= patch_factor(scenario.ground.patches, arc[truck], offset[truck]);
+    const inputs::Ground& ground = scenario.ground;
+    const double patch = ground.patches.empty() ? 1.0 : patch_factor(ground.patches, arc[truck], offset[truck]);
+    // Which way the truck slides, or would: a truck that stands has no other direction than that of the force.
+    const auto mu = [&](const Vector3d& rub) {
+      if (ground.off_track_law != inputs::OffTrackLaw::by_slip) return patch * ground.off_track_friction;
+      return patch * slip_friction<double>(ground, rub.squaredNorm(), rub.dot(q.axes.col(1)), offset[truck]);
+    };
     OnGround sum;
     for (const bool left : {false, true}) {
       const Vector3d place = wheel(q, truck, left);
@@ -389,13 +391,14 @@ struct SpatialModel::Parts {
 
   /// Adds the forces on a point of a car on the ground, where `spring` is its springs' part along `up`, and `damping`
   /// [N s/m]; returns the normal force.
+  template <class Friction>
   double press_on(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t point, const Vector3d& place,
-                  const Vector3d& up, double spring, double damping, double mu) {
+                  const Vector3d& up, double spring, double damping, const Friction& mu) {
     const Vector3d arm = place - q.centre, v = q.velocity + q.rotation.cross(arm), turning = arm.cross(up);
     const double up_square = level ? 1.0 : up.squaredNorm(), up_rate = v.dot(up);
     const double total = std::max(spring - damping * up_rate, 0.0), carried = total * std::sqrt(up_square);
     const Vector3d slip = v - up_rate / up_square * up;
-    const Vector3d rub = hold(car, point, up, up_square, slip, mu * carried), rub_turning = arm.cross(rub);
+    const Vector3d rub = hold(car, point, up, up_square, slip, carried, mu), rub_turning = arm.cross(rub);
     sum.any = true;
     sum.all.force += total * up + rub;
     sum.all.torque += total * turning + rub_turning;
@@ -406,14 +409,15 @@ struct SpatialModel::Parts {
     return carried;
   }
 
-  /// Friction of a point on the ground, at most `limit`: the ground is strained until it gives way. A force that grew
-  /// with the speed instead would let cars creep down a bank.
+  /// Friction of a point on the ground, at most mu(force) times the load: the ground is strained until it gives way. A
+  /// force that grew with the speed instead would let cars creep down a bank.
+  template <class Friction>
   Vector3d hold(std::size_t car, std::size_t point, const Vector3d& up, double up_square, const Vector3d& slip,
-                double limit) {
+                double carried, const Friction& mu) {
     const double stiffness = scenario.terrain.body_stiffness;
     Vector3d strain = sheared[point] - sheared[point].dot(up) / up_square * up + step * slip;
     Vector3d rub = -stiffness * strain - bodies[car].ground_damping * slip;
-    const double square = rub.squaredNorm();
+    const double square = rub.squaredNorm(), limit = mu(rub) * carried;
     if (square > limit * limit) {
       rub *= limit / std::sqrt(square);
       strain = rub * (-1.0 / stiffness);
@@ -451,7 +455,7 @@ struct SpatialModel::Parts {
         const double depth = under.z - place.z();
         if (depth > 0.0) {
           press_on(sum, q, car, point, place, under.up, scenario.terrain.body_stiffness * depth, b.ground_damping,
-                   scenario.terrain.body_friction);
+                   [&](const Vector3d&) { return scenario.terrain.body_friction; });
           continue;
         }
       }
