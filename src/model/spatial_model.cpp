@@ -101,7 +101,7 @@ struct Pair {
 }  // namespace
 
 struct SpatialModel::Parts {
-  Parts(SpatialModel& owner, const inputs::Scenario& s)
+  Parts(SpatialModel& owner, const inputs::Scenario& s, const std::string& instruction_set)
       : scenario(s),
         n(static_cast<std::size_t>(owner.car_count())),
         step(s.solver.fixed_step.value_or(0.0)),
@@ -109,8 +109,8 @@ struct SpatialModel::Parts {
         highest_ground(-s.terrain.rail_height - std::min({s.terrain.bank_left, s.terrain.bank_right, 0.0})),
         cos_part(s.suspension.part_angle < M_PI ? std::cos(s.suspension.part_angle) : -2.0),
         track(s, inputs::track_extent(s).from, inputs::track_extent(s).to),
-        loops(*kVersions.choose(owner.car_count(), "")),
-        wide(*kSpatialVersions.choose(owner.car_count(), "")),
+        loops(*kVersions.choose(owner.car_count(), instruction_set)),
+        wide(*kSpatialVersions.choose(owner.car_count(), instruction_set)),
         brakes(s, owner.cars(), loops) {
     for (const Car& c : owner.cars()) {
       Body b;
@@ -925,8 +925,10 @@ struct SpatialModel::Parts {
   }
 };
 
-SpatialModel::SpatialModel(const inputs::Scenario& scenario)
-    : TrainModel(scenario), parts_(std::make_unique<Parts>(*this, scenario)) {}
+std::vector<std::string> SpatialModel::instruction_sets(Eigen::Index cars) { return kSpatialVersions.names(cars); }
+
+SpatialModel::SpatialModel(const inputs::Scenario& scenario, const std::string& instruction_set)
+    : TrainModel(scenario), parts_(std::make_unique<Parts>(*this, scenario, instruction_set)) {}
 
 SpatialModel::~SpatialModel() = default;
 

@@ -509,5 +509,25 @@ TEST(BoxContact, AgreesWithBruteForce) {
   EXPECT_GT(remembered, 200);
 }
 
+TEST(BoxGap, IsNoMoreThanTheBoxesAreApart) {
+  test::Random random(7);
+  int apart = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Box a = box({0.0, 0.0, 0.0}, random_axes(random));
+    const Box b = box(random_vector(random, 12.0), random_axes(random));
+    const double gap = model::gap(a, b), least = least_overlap(a, b, 6);
+    ASSERT_NEAR(gap, std::max(-least, 0.0), 1e-9);
+    if (gap == 0.0) continue;
+    ++apart;
+    // Wherever the other one goes by that much.
+    Box moved = b;
+    moved.centre += 0.999 * gap * random_axes(random).col(0);
+    ASSERT_EQ(press(a, moved).count, 0) << i;
+  }
+  EXPECT_GT(apart, 500);
+  // Face to face it is the distance.
+  EXPECT_NEAR(model::gap(box({0.0, 0.0, 0.0}), box({18.4, 0.2, 0.0})), 0.4, 1e-12);
+}
+
 }  // namespace
 }  // namespace train_derail

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -33,7 +34,9 @@ constexpr double kGravity = inputs::kStandardGravity;
 /// The spatial model with its integrator, and nothing else: no sampling, no stop rule.
 class Train final : private solver::SteppedSystem {
  public:
-  explicit Train(const inputs::Scenario& s, const std::vector<SpatialMotion>& cars = {}) : model_(s) {
+  explicit Train(const inputs::Scenario& s, const std::vector<SpatialMotion>& cars = {},
+                 const std::string& instruction_set = "")
+      : model_(s, instruction_set) {
     model::StateVector state = model_.initial_state();
     for (std::size_t k = 0; k < cars.size(); ++k) model_.place(state.data(), static_cast<Eigen::Index>(k), cars[k]);
     model_.start(state.data());
@@ -637,6 +640,26 @@ TEST(SpatialRun, FlatAndStiffMovesAsInThePlane) {
     EXPECT_EQ(train.incidents().derailments.size(), flat.incidents().derailments.size());
   }
   EXPECT_GT(train.incidents().derailments.size(), 2U);
+}
+
+TEST(SpatialRun, IsTheSameForEveryInstructionSet) {
+  // As many cars as leave a part of the widest block.
+  const inputs::Scenario s = everything(18, 2e-3);
+  Train plain(s, {}, "plain");
+  plain.to(3.0);
+  EXPECT_GT(plain.incidents().derailments.size(), 2U);
+  for (const std::string& set : model::SpatialModel::instruction_sets(18)) {
+    Train train(s, {}, set);
+    train.to(3.0);
+    for (Eigen::Index k = 0; k < 18; ++k) {
+      EXPECT_LT((train.car(k).centre - plain.car(k).centre).norm(), 1e-6) << set << " car " << k;
+      EXPECT_LT((train.car(k).axes - plain.car(k).axes).norm(), 1e-6) << set << " car " << k;
+    }
+    EXPECT_NEAR(train.energy().total(), plain.energy().total(), 1e-6 * plain.energy().total()) << set;
+    EXPECT_NEAR(train.energy().work_coupler_damping, plain.energy().work_coupler_damping,
+                1e-4 * plain.energy().work_coupler_damping)
+        << set;
+  }
 }
 
 TEST(SpatialRun, GoesOnFromACheckpointBitForBit) {

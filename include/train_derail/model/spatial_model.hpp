@@ -5,6 +5,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "train_derail/files/archive.hpp"
 #include "train_derail/model/train_model.hpp"
@@ -36,9 +38,13 @@ struct SpatialMotion {
 /// frame) and body rates; and the orientation as a unit quaternion (x, y, z, w).
 class SpatialModel final : public TrainModel {
  public:
-  /// The scenario must be valid (inputs::validate).
-  explicit SpatialModel(const inputs::Scenario& scenario);
+  /// The scenario must be valid (inputs::validate). `instruction_set`: one of instruction_sets(), by default the
+  /// fastest; throws std::invalid_argument for any other.
+  explicit SpatialModel(const inputs::Scenario& scenario, const std::string& instruction_set = "");
   ~SpatialModel() override;
+
+  /// Those that the processor at hand can run and that suit the length of the train, fastest first.
+  static std::vector<std::string> instruction_sets(Eigen::Index cars);
 
   Eigen::Index size() const override { return 16 * car_count(); }
   /// Positions that a solver moves: the first components of a state, their velocities the next.
