@@ -276,7 +276,7 @@ void describe_coupler(V& v, C& c) {
            {"Swing up and down at which the vertical stop begins: type E with shelves and F 6-7 deg.", &kSpatial});
   v.number("pitch_stiffness", c.pitch_stiffness, {"N m/rad", "lbf ft/rad", between(0, 1e12), between(0, 1e9)},
            {"Stiffness of the vertical stop.", &kSpatial});
-  v.number("slip_height", c.slip_height, {"m", "in", between_or_infinite(0.01, 5), between_or_infinite(0.1, 1)},
+  v.number("slip_height", c.slip_height, {"m", "in", between_or_infinite(0.01, 1e6), between_or_infinite(0.1, 1)},
            {"Pins that far apart in height let go; type E without shelves 0.25 m.", &kSpatial});
   v.number("vertical_hold", c.vertical_hold, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(1e5, 5e6)},
            {"Vertical force at which the coupler breaks; shelves hold 200 kip (49 CFR 179.14).", &kSpatial});
