@@ -5,26 +5,28 @@
 #include <stdexcept>
 
 #include "multibody/engine_run.hpp"
+#include "multibody/spatial_engine.hpp"
 #include "train_derail/inputs/error.hpp"
 
 namespace train_derail::multibody {
 
 namespace {
 
-StartEngine load() {
+template <class Function>
+Function load(const char* name) {
   // The module is never unloaded: its objects live until the process ends.
   void* module = dlopen(kEngineModule, RTLD_NOW | RTLD_LOCAL);
-  void* function = module == nullptr ? nullptr : dlsym(module, kEngineFunction);
+  void* function = module == nullptr ? nullptr : dlsym(module, name);
   if (function == nullptr) {
     throw std::runtime_error(std::string("the multibody engine cannot be loaded: ") + dlerror() +
                              "; a build has it if Simbody is installed (Debian: libsimbody-dev) and "
                              "TRAIN_DERAIL_MULTIBODY is ON");
   }
-  return reinterpret_cast<StartEngine>(function);
+  return reinterpret_cast<Function>(function);
 }
 
 StartEngine start_engine() {
-  static const StartEngine function = load();
+  static const auto function = load<StartEngine>(kEngineFunction);
   return function;
 }
 
@@ -49,5 +51,12 @@ bool Engine::ended() const { return run_->ended(); }
 std::vector<BodyMotion> Engine::cars() const { return run_->cars(); }
 std::vector<CouplerForce> Engine::coupler_forces() const { return run_->coupler_forces(); }
 outcome::Outcome Engine::outcome() const { return run_->outcome(); }
+
+std::unique_ptr<SpatialEngineRun> start_spatial_engine(const inputs::Scenario& scenario,
+                                                       const std::vector<FreeMotion>& start,
+                                                       const SpatialEngineOptions& options) {
+  static const auto function = load<StartSpatialEngine>(kSpatialEngineFunction);
+  return std::unique_ptr<SpatialEngineRun>(function(scenario, start, options));
+}
 
 }  // namespace train_derail::multibody

@@ -8,10 +8,9 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include "extended_fixtures.hpp"
 #include "model/rotation.hpp"
+#include "spatial_fixtures.hpp"
 #include "train_derail/inputs/error.hpp"
-#include "train_derail/model/spatial_model.hpp"
 #include "train_derail/model/step_limit.hpp"
 #include "train_derail/model/track.hpp"
 #include "train_derail/simulation/checkpoint.hpp"
@@ -27,75 +26,14 @@ using inputs::kInfinity;
 using inputs::kKip;
 using model::BrokenCoupler;
 using model::SpatialMotion;
+using test::at;
+using test::height_of;
+using test::spatial;
+using test::turned;
 using By = BrokenCoupler::By;
+using Train = test::SpatialTrain;
 
 constexpr double kGravity = inputs::kStandardGravity;
-
-/// The spatial model with its integrator, and nothing else: no sampling, no stop rule.
-class Train final : private solver::SteppedSystem {
- public:
-  explicit Train(const inputs::Scenario& s, const std::vector<SpatialMotion>& cars = {},
-                 const std::string& instruction_set = "")
-      : model_(s, instruction_set) {
-    model::StateVector state = model_.initial_state();
-    for (std::size_t k = 0; k < cars.size(); ++k) model_.place(state.data(), static_cast<Eigen::Index>(k), cars[k]);
-    model_.start(state.data());
-    solver::SteppedSystem& system = *this;
-    integrator_ = solver::make_integrator(s.solver, system, 0.0, state);
-  }
-
-  void step() { last_ = integrator_->step(); }
-  void to(double t) {
-    while (time() < t - 1e-9 && last_.status == solver::StepStatus::stepped) step();
-    ASSERT_EQ(last_.status, solver::StepStatus::stepped) << last_.message;
-  }
-  /// To time t, with a look at the state after every step.
-  void to(double t, const std::function<void()>& look) {
-    while (time() < t - 1e-9) {
-      step();
-      look();
-    }
-  }
-
-  double time() const { return integrator_->time(); }
-  const model::SpatialModel& model() const { return model_; }
-  const model::Incidents& incidents() const { return *model_.incidents(); }
-  const double* data() const { return integrator_->state().data(); }
-  SpatialMotion car(Eigen::Index k) const { return model_.motion(data(), k); }
-  model::EnergyLedger energy() const { return model_.energy(data()); }
-  model::SpatialMomentum momentum() const { return model_.momentum(data()); }
-  /// Roll of a car, positive if its left side is up [rad].
-  double roll(Eigen::Index k) const {
-    const Matrix3d axes = car(k).axes;
-    return std::atan2(axes(2, 1), axes(2, 2));
-  }
-
- private:
-  Eigen::Index size() const override { return model_.size(); }
-  Eigen::Index position_count() const override { return model_.position_count(); }
-  void accelerations(double t, double h, const double* y, double* a) override { model_.accelerations(t, h, y, a); }
-  void settle(double t, double h, const double* before, double* y) override { model_.settle(t, h, before, y); }
-
-  model::SpatialModel model_;
-  std::unique_ptr<solver::Integrator> integrator_;
-  solver::StepResult last_;
-};
-
-/// Cars on rails, without any force but weight, springs of trucks and the rails.
-inline inputs::Scenario spatial(int cars, double step = 1e-3) {
-  inputs::Scenario s = test::on_rails(cars, step);
-  s.model = inputs::Model::spatial;
-  s.coupler.pitch_stiffness = s.coupler.roll_stiffness = 0.0;
-  return s;
-}
-
-double height_of(const inputs::Scenario& s, std::size_t k = 0) { return model::expand(s.consist)[k].centre_height; }
-
-SpatialMotion at(const Vector3d& centre, const Matrix3d& axes = Matrix3d::Identity(),
-                 const Vector3d& velocity = Vector3d::Zero(), const Vector3d& rates = Vector3d::Zero()) {
-  return {centre, axes, velocity, axes * rates, rates};
-}
-Matrix3d turned(double angle, const Vector3d& axis) { return AngleAxisd(angle, axis.normalized()).toRotationMatrix(); }
 
 /// Far ahead of the point of derailment, where trucks are off the rails, and high above the ground: only weight acts.
 const Vector3d kAloft(50.0, 3.0, 60.0);

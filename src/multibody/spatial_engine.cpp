@@ -1,0 +1,509 @@
+/// \file
+/// The multibody engine in three dimensions. It was written from the equations, not from src/model, so that the two do
+/// not share mistakes: Simbody moves the bodies, stops of couplers are the slope of their energy found by differences,
+/// and friction is a differential equation.
+#include "multibody/spatial_engine.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include <Simbody.h>
+
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/model/train.hpp"
+
+namespace train_derail::multibody {
+
+namespace {
+
+using SimTK::MobilizedBody;
+using SimTK::Real;
+using SimTK::Rotation;
+using SimTK::Stage;
+using SimTK::State;
+using SimTK::Transform;
+using SimTK::Vec3;
+
+using BodyForces = SimTK::Vector_<SimTK::SpatialVec>;
+
+/// Where a truck is.
+enum class Stand : char { on_rails, off_rails, lost };
+using Stands = SimTK::Array_<Stand>;
+
+/// Ground beside a straight track at y: its height, and the way up that the slope of its energy points to.
+struct GroundAt {
+  double height;
+  Vec3 up;  // not of length 1
+};
+GroundAt ground_at(const inputs::Terrain& t, double y) {
+  const double drop = y > 0.0 ? t.bank_left : t.bank_right, outside = std::abs(y) - t.crown;
+  const double slope = drop < 0.0 ? -t.bank_slope : t.bank_slope;
+  if (outside <= 0.0 || drop == 0.0) return {-t.rail_height, Vec3(0.0, 0.0, 1.0)};
+  if (outside * t.bank_slope >= std::abs(drop)) return {-t.rail_height - drop, Vec3(0.0, 0.0, 1.0)};
+  // Falling by `slope` away from the track.
+  return {-t.rail_height - slope * outside, Vec3(0.0, y > 0.0 ? slope : -slope, 1.0)};
+}
+
+/// Everything between the cars and the ground: springs and dampers under both sides of trucks, rails sideways, and
+/// corners of bodies.
+class Support final : public SimTK::Force::Custom::Implementation {
+ public:
+  struct Point {
+    MobilizedBody body;
+    int truck;  // counted through the train; -1: of the body
+    Vec3 station;
+    Vec3 lever;  // where the forces act; the station but for a mistake that is put in
+    double stiffness, damping;
+    double reach;  // how far below the station it is without load [m]
+  };
+  struct Truck {
+    MobilizedBody body;
+    Vec3 station, lever;
+    double rail_damping;
+    std::array<std::size_t, 2> sides;  // points
+  };
+
+  Support(const inputs::Scenario& s, const SimTK::GeneralForceSubsystem& forces, double settle_time,
+          std::vector<Point> points, std::vector<Truck> trucks, std::vector<double> ground_damping)
+      : scenario_(s),
+        forces_(forces),
+        settle_time_(settle_time),
+        points_(std::move(points)),
+        trucks_(std::move(trucks)),
+        ground_damping_(std::move(ground_damping)) {}
+
+  /// An error of a strain counts a hundredth of one of a place: it is forgotten within settle_time.
+  void set_weights(State& state) const { state.updZWeights(forces_.getMySubsystemIndex()) = 0.01; }
+
+  std::size_t truck_count() const { return trucks_.size(); }
+
+  void realizeTopology(State& state) const override {
+    stands_ = forces_.allocateDiscreteVariable(
+        state, Stage::Dynamics,
+        new SimTK::Value<Stands>(Stands(static_cast<unsigned>(trucks_.size()), Stand::on_rails)));
+    const SimTK::Vector none(static_cast<int>(3 * points_.size()), 0.0);
+    strains_ = forces_.allocateZ(state, none);
+    strain_rates_ = forces_.allocateCacheEntry(state, Stage::Dynamics, new SimTK::Value<SimTK::Vector>(none));
+  }
+
+  Stand stand(const State& state, std::size_t truck) const {
+    return SimTK::Value<Stands>::downcast(forces_.getDiscreteVariable(state, stands_))
+        .get()[static_cast<unsigned>(truck)];
+  }
+  void set_stand(State& state, std::size_t truck, Stand stand) const {
+    SimTK::Value<Stands>::updDowncast(forces_.updDiscreteVariable(state, stands_)).upd()[static_cast<unsigned>(truck)] =
+        stand;
+  }
+
+  void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
+    SimTK::Vector& rate = SimTK::Value<SimTK::Vector>::updDowncast(forces_.updCacheEntry(state, strain_rates_)).upd();
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Touch t = touch(state, i);
+      for (int c = 0; c < 3; ++c) rate[static_cast<int>(3 * i) + c] = t.strain_rate[c];
+      points_[i].body.applyForceToBodyPoint(state, points_[i].lever, t.force, forces);
+    }
+    for (std::size_t i = 0; i < trucks_.size(); ++i) {
+      if (stand(state, i) != Stand::on_rails) continue;
+      const Truck& truck = trucks_[i];
+      const double aside = truck.body.findStationLocationInGround(state, truck.station)[1],
+                   rate = truck.body.findStationVelocityInGround(state, truck.station)[1];
+      const Vec3 held(0.0, -scenario_.rails.stiffness * aside - truck.rail_damping * rate, 0.0);
+      truck.body.applyForceToBodyPoint(state, truck.lever, held, forces);
+    }
+  }
+  Real calcPotentialEnergy(const State&) const override { return 0.0; }
+
+  void realizeAcceleration(const State& state) const override {
+    const SimTK::Vector& rate =
+        SimTK::Value<SimTK::Vector>::downcast(forces_.getCacheEntry(state, strain_rates_)).get();
+    forces_.updZDot(state)(strains_, rate.size()) = rate;
+  }
+
+  /// Positive while a truck off the rails stays with its body.
+  double holds_on(const State& state, std::size_t truck) const {
+    const double upright = trucks_[truck].body.getBodyRotation(state).z()[2];
+    double most = upright - std::cos(scenario_.suspension.part_angle);
+    for (const std::size_t i : trucks_[truck].sides) most = std::max(most, pressing(state, i).push);
+    return most;
+  }
+  double along_track(const State& state, std::size_t truck) const {
+    return trucks_[truck].body.findStationLocationInGround(state, trucks_[truck].station)[0];
+  }
+
+ private:
+  struct Pressing {
+    double push;  // along `up`; none below zero
+    Vec3 up, velocity;
+  };
+  Pressing pressing(const State& state, std::size_t i) const {
+    const Point& p = points_[i];
+    const Vec3 place = p.body.findStationLocationInGround(state, p.station);
+    const Vec3 velocity = p.body.findStationVelocityInGround(state, p.station);
+    const bool rail = p.truck >= 0 && stand(state, static_cast<std::size_t>(p.truck)) == Stand::on_rails;
+    const GroundAt g = rail ? GroundAt{0.0, Vec3(0.0, 0.0, 1.0)} : ground_at(scenario_.terrain, place[1]);
+    const double spring = p.stiffness * (p.reach + g.height - place[2]);
+    // A wheel that has left the ground is not held back by its damper.
+    return {spring > 0.0 ? spring - p.damping * SimTK::dot(velocity, g.up) : spring, g.up, velocity};
+  }
+
+  /// A point's force, and how fast friction strains the ground under it.
+  struct Touch {
+    Vec3 force{0.0}, strain_rate{0.0};
+  };
+  Touch touch(const State& state, std::size_t i) const {
+    const Point& p = points_[i];
+    const Vec3 strain = strain_of(state, i);
+    const Stand stand_of = p.truck >= 0 ? stand(state, static_cast<std::size_t>(p.truck)) : Stand::off_rails;
+    Touch t;
+    t.strain_rate = -strain / settle_time_;  // without a touch it is forgotten
+    if (stand_of == Stand::lost) return t;
+    const Pressing press = pressing(state, i);
+    if (press.push <= 0.0) return t;
+    t.force = press.push * press.up;
+    if (stand_of == Stand::on_rails) return t;  // brakes are not part of this engine
+    const double load = t.force.norm();
+    const Vec3 normal = press.up / press.up.norm();
+    const Vec3 slip = press.velocity - SimTK::dot(press.velocity, normal) * normal;
+    const Vec3 along = strain - SimTK::dot(strain, normal) * normal;
+    const double stiffness = scenario_.terrain.body_stiffness;
+    const Vec3 pull = -stiffness * along - ground_damping_[i] * slip;
+    const double most = friction(state, p, pull) * load, size = pull.norm();
+    if (size <= most) {
+      t.force += pull;
+      t.strain_rate = slip - (strain - along) / settle_time_;
+    } else {
+      const Vec3 rub = most / size * pull;
+      t.force += rub;
+      t.strain_rate = (-rub / stiffness - strain) / settle_time_;
+    }
+    return t;
+  }
+
+  Vec3 strain_of(const State& state, std::size_t i) const {
+    const SimTK::Vector& z = forces_.getZ(state);
+    const int first = strains_ + static_cast<int>(3 * i);
+    return {z[first], z[first + 1], z[first + 2]};
+  }
+
+  /// Coefficient of friction of a point that is pulled that way.
+  double friction(const State& state, const Point& p, const Vec3& pull) const {
+    if (p.truck < 0) return scenario_.terrain.body_friction;
+    const inputs::Ground& g = scenario_.ground;
+    if (g.off_track_law == inputs::OffTrackLaw::coulomb) return g.off_track_friction;
+    const auto share = [](double x) { return std::min(std::max(x, 0.0), 1.0); };
+    const double across = std::abs(SimTK::dot(pull, p.body.getBodyRotation(state).y().asVec3()));
+    const double turned = pull.norm() > 0.0 ? share(across / pull.norm() / g.slip_ratio) : 0.0;
+    const Truck& truck = trucks_[static_cast<std::size_t>(p.truck)];
+    const double aside = std::abs(truck.body.findStationLocationInGround(state, truck.station)[1]);
+    const double gauge = 1.435;  // m
+    const double broadside =
+        std::max(turned * turned * (3.0 - 2.0 * turned), share((aside - 0.5 * gauge) / g.far_distance));
+    return g.in_line_friction + broadside * (g.broadside_friction - g.in_line_friction);
+  }
+
+  const inputs::Scenario scenario_;
+  const SimTK::GeneralForceSubsystem& forces_;
+  const double settle_time_;
+  const std::vector<Point> points_;
+  const std::vector<Truck> trucks_;
+  const std::vector<double> ground_damping_;  // of each point
+  mutable SimTK::DiscreteVariableIndex stands_;
+  mutable SimTK::ZIndex strains_;
+  mutable SimTK::CacheEntryIndex strain_rates_;  // found with the forces
+};
+
+/// Draft gear, damper and stops of a coupler.
+class SpatialBar final : public SimTK::Force::Custom::Implementation {
+ public:
+  SpatialBar(const inputs::Coupler& law, double damping, bool roll_stop, const MobilizedBody& ahead,
+             const Vec3& rear_pin, const MobilizedBody& behind, const Vec3& front_pin)
+      : law_(law),
+        damping_(damping),
+        roll_stop_(roll_stop),
+        ahead_(ahead),
+        behind_(behind),
+        rear_pin_(rear_pin),
+        front_pin_(front_pin) {}
+
+  void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
+    const Vec3 between =
+        ahead_.findStationLocationInGround(state, rear_pin_) - behind_.findStationLocationInGround(state, front_pin_);
+    const Vec3 parting =
+        ahead_.findStationVelocityInGround(state, rear_pin_) - behind_.findStationVelocityInGround(state, front_pin_);
+    const double length = between.norm(), rate = SimTK::dot(parting, between) / length;
+    const Vec3 push = axial(length, rate) / length * between;
+    ahead_.applyForceToBodyPoint(state, rear_pin_, push, forces);
+    behind_.applyForceToBodyPoint(state, front_pin_, -push, forces);
+    apply_stops(state, forces);
+  }
+  Real calcPotentialEnergy(const State&) const override { return 0.0; }
+
+ private:
+  /// Buff positive.
+  double axial(double length, double rate) const {
+    const double stretch = length - law_.length, beyond = std::abs(stretch) - 0.5 * law_.slack;
+    if (beyond <= 0.0) return 0.0;
+    const double gear = std::min(beyond, law_.draft_gear_travel), first = law_.draft_gear_stiffness * gear;
+    const double spring = first + law_.stiffness * (beyond - gear), closing = stretch > 0.0 ? rate : -rate;
+    // A damper alone never turns the force round.
+    const double force = std::max(spring + damping_ * closing, 0.0);
+    return stretch > 0.0 ? -force : force;
+  }
+
+  /// Energy of a stop at that angle.
+  static double energy(double angle, double limit, double stiffness, double most) {
+    const double beyond = std::abs(angle) - limit;
+    if (beyond <= 0.0 || stiffness == 0.0) return 0.0;
+    const double elastic = std::min(beyond, most / stiffness);
+    return 0.5 * stiffness * elastic * elastic + (beyond > elastic ? most * (beyond - elastic) : 0.0);
+  }
+  double stop_energy(const Transform& ahead, const Transform& behind) const {
+    const Vec3 between = ahead * rear_pin_ - behind * front_pin_, along = between / between.norm();
+    double sum = 0.0;
+    for (const Transform* body : {&ahead, &behind}) {
+      const Vec3 seen = ~body->R() * along;
+      sum += energy(std::atan2(seen[1], seen[0]), law_.swing_limit, law_.swing_stiffness, law_.swing_moment_max);
+      sum += energy(std::asin(seen[2]), law_.pitch_limit, law_.pitch_stiffness, inputs::kInfinity);
+    }
+    if (!roll_stop_) return sum;
+    // Roll of one car in the other: the angle between what is left of their left sides when seen along the bar.
+    const auto flat = [&along](const Transform& body) {
+      const Vec3 left = body.R().y().asVec3();
+      return Vec3(left - SimTK::dot(left, along) * along);
+    };
+    const Vec3 a = flat(ahead), b = flat(behind);
+    const double roll = std::atan2(SimTK::cross(a, b).norm(), SimTK::dot(a, b));
+    return sum + energy(roll, law_.roll_limit, law_.roll_stiffness, inputs::kInfinity);
+  }
+
+  /// Forces are the slope of the energy downhill: central differences.
+  void apply_stops(const State& state, BodyForces& forces) const {
+    const Transform &ahead = ahead_.getBodyTransform(state), &behind = behind_.getBodyTransform(state);
+    if (stop_energy(ahead, behind) == 0.0) return;
+    constexpr double kShift = 1e-5;  // m, rad
+    const auto turned = [](const Transform& body, int axis, double angle) {
+      return Transform(Rotation(angle, SimTK::CoordinateAxis(axis)) * body.R(), body.p());
+    };
+    Vec3 force, on_ahead, on_behind;
+    for (int c = 0; c < 3; ++c) {
+      const auto slope = [](double forth, double back) { return (back - forth) / (2.0 * kShift); };
+      Vec3 shift(0.0);
+      shift[c] = kShift;
+      force[c] = slope(stop_energy(Transform(ahead.R(), ahead.p() + shift), behind),
+                       stop_energy(Transform(ahead.R(), ahead.p() - shift), behind));
+      on_ahead[c] =
+          slope(stop_energy(turned(ahead, c, kShift), behind), stop_energy(turned(ahead, c, -kShift), behind));
+      on_behind[c] =
+          slope(stop_energy(ahead, turned(behind, c, kShift)), stop_energy(ahead, turned(behind, c, -kShift)));
+    }
+    ahead_.applyForceToBodyPoint(state, Vec3(0.0), force, forces);
+    ahead_.applyBodyTorque(state, on_ahead, forces);
+    behind_.applyForceToBodyPoint(state, Vec3(0.0), -force, forces);
+    behind_.applyBodyTorque(state, on_behind, forces);
+  }
+
+  const inputs::Coupler law_;
+  const double damping_;
+  const bool roll_stop_;
+  const MobilizedBody ahead_, behind_;
+  const Vec3 rear_pin_, front_pin_;
+};
+
+/// A mistake that is put in: twice the gyroscopic moment, so that with the right one that Simbody has its sign is
+/// wrong.
+class WrongGyroscope final : public SimTK::Force::Custom::Implementation {
+ public:
+  explicit WrongGyroscope(std::vector<MobilizedBody> bodies) : bodies_(std::move(bodies)) {}
+  void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
+    for (const MobilizedBody& body : bodies_) {
+      const Rotation& axes = body.getBodyRotation(state);
+      const Vec3 rates = ~axes * body.getBodyAngularVelocity(state);
+      const Vec3 spin = body.getBodyMassProperties(state).getInertia() * rates;
+      body.applyBodyTorque(state, axes * (2.0 * SimTK::cross(rates, spin)), forces);
+    }
+  }
+  Real calcPotentialEnergy(const State&) const override { return 0.0; }
+
+ private:
+  const std::vector<MobilizedBody> bodies_;
+};
+
+/// Event: a truck comes to the point of derailment, or hangs from a body that has rolled and carries nothing.
+class TruckLeaves final : public SimTK::TriggeredEventHandler {
+ public:
+  TruckLeaves(const Support& support, std::size_t truck, Stand from, Stand to)
+      : TriggeredEventHandler(Stage::Velocity), support_(support), truck_(truck), from_(from), to_(to) {
+    getTriggerInfo().setTriggerOnRisingSignTransition(false).setRequiredLocalizationTimeWindow(1e-6);
+  }
+  Real getValue(const State& state) const override {
+    if (support_.stand(state, truck_) != from_) return 1.0;
+    return from_ == Stand::on_rails ? -support_.along_track(state, truck_) : support_.holds_on(state, truck_);
+  }
+  void handleEvent(State& state, Real, bool&) const override { support_.set_stand(state, truck_, to_); }
+
+ private:
+  const Support& support_;
+  const std::size_t truck_;
+  const Stand from_, to_;
+};
+
+Vec3 from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Eigen::Vector3d to_eigen(const Vec3& v) { return {v[0], v[1], v[2]}; }
+
+inputs::Scenario checked(const inputs::Scenario& s, std::size_t cars) {
+  inputs::validate(s);
+  const auto refuse_if = [](bool has, const char* what) {
+    if (has) throw std::invalid_argument(std::string("the multibody engine in three dimensions has no ") + what);
+  };
+  const inputs::Coupler& c = s.coupler;
+  refuse_if(s.model != inputs::Model::spatial, "model but spatial");
+  refuse_if(s.contact.law != inputs::ContactLaw::none, "contact of bodies");
+  refuse_if(!s.track.curves.empty() || s.track.grade != 0.0, "curves and grades");
+  refuse_if(!s.ground.patches.empty(), "patches of ground");
+  refuse_if(s.initial.cars_ahead > 0, "cars ahead of the point of derailment");
+  refuse_if(s.initial.perturbation.kick != 0.0 || s.initial.perturbation.alignment != 0.0, "perturbations");
+  refuse_if(s.brakes.force != 0.0 || s.brakes.rolling_resistance != 0.0, "brakes");
+  refuse_if(s.rails.derail_ratio < 100.0, "limit of L/V: rails.derail_ratio must be 100 or more");
+  refuse_if(s.rails.torn_length > 0.0, "torn track");
+  for (const double limit :
+       {c.break_draft, c.break_swing, c.break_moment, c.slip_height, c.vertical_hold, c.break_twist})
+    refuse_if(cars > 1 && limit < inputs::kInfinity, "couplers that break");
+  return s;
+}
+
+class SimbodyInSpace final : public SpatialEngineRun {
+ public:
+  SimbodyInSpace(const inputs::Scenario& s, const std::vector<FreeMotion>& start, const SpatialEngineOptions& o)
+      : scenario_(checked(s, start.size())),
+        train_(model::expand(scenario_.consist)),
+        matter_(system_),
+        forces_(system_),
+        integrator_(system_),
+        stepper_(system_, integrator_) {
+    if (train_.size() != start.size()) throw std::invalid_argument("a motion must be given for every car");
+    forces_.setNumberOfThreads(1);
+    build(o);
+    State state = system_.realizeTopology();
+    support_->set_weights(state);
+    for (std::size_t k = 0; k < train_.size(); ++k) {
+      const FreeMotion& m = start[k];
+      const SimTK::Mat33 axes(from_eigen(m.axes.col(0)), from_eigen(m.axes.col(1)), from_eigen(m.axes.col(2)));
+      bodies_[k].setQToFitTransform(state, Transform(Rotation(axes), from_eigen(m.centre)));
+      bodies_[k].setUToFitVelocity(state, SimTK::SpatialVec(from_eigen(m.rotation), from_eigen(m.velocity)));
+    }
+    system_.realize(state, Stage::Position);
+    for (std::size_t truck = 0; truck < support_->truck_count(); ++truck) {
+      if (support_->along_track(state, truck) >= 0.0) support_->set_stand(state, truck, Stand::off_rails);
+    }
+    integrator_.setAccuracy(o.accuracy);
+    stepper_.initialize(state);
+  }
+
+  void advance(double t) override {
+    while (time() < t) stepper_.stepTo(t);
+  }
+  double time() const override { return stepper_.getTime(); }
+  std::vector<FreeMotion> cars() const override {
+    const State& state = stepper_.getState();
+    system_.realize(state, Stage::Velocity);
+    std::vector<FreeMotion> result;
+    for (const MobilizedBody& body : bodies_) {
+      FreeMotion& m = result.emplace_back();
+      m.centre = to_eigen(body.getBodyOriginLocation(state));
+      for (int c = 0; c < 3; ++c) m.axes.col(c) = to_eigen(body.getBodyRotation(state).col(c).asVec3());
+      m.velocity = to_eigen(body.getBodyOriginVelocity(state));
+      m.rotation = to_eigen(body.getBodyAngularVelocity(state));
+    }
+    return result;
+  }
+
+ private:
+  void build(const SpatialEngineOptions& o) {
+    SimTK::Force::Gravity(forces_, matter_, Vec3(0.0, 0.0, -inputs::kStandardGravity));
+    std::vector<Support::Point> points;
+    std::vector<Support::Truck> trucks;
+    std::vector<double> ground_damping;
+    const inputs::Suspension& suspension = scenario_.suspension;
+    const inputs::Terrain& terrain = scenario_.terrain;
+    const auto critical = [](double stiffness, double mass) { return 2.0 * std::sqrt(stiffness * mass); };
+    for (const model::Car& car : train_) {
+      // The bar of a long car: the same about the vertical and the lateral axis.
+      const SimTK::MassProperties mass(car.mass, Vec3(0.0),
+                                       SimTK::Inertia(car.roll_inertia, car.yaw_inertia, car.yaw_inertia));
+      const MobilizedBody& body = bodies_.emplace_back(matter_.updGround(), SimTK::Body::Rigid(mass));
+      const double quarter = 0.25 * car.mass;
+      const double held_back = terrain.body_damping_ratio * critical(terrain.body_stiffness, quarter);
+      const auto lever = [&](const Vec3& station) {
+        return o.fault == SpatialFault::centre_below_rail ? Vec3(station[0], station[1], -station[2]) : station;
+      };
+      for (const double end : {0.5, -0.5}) {
+        const Vec3 middle(end * car.truck_spacing, 0.0, -car.centre_height);
+        const auto truck = static_cast<int>(trucks.size());
+        trucks.push_back({body,
+                          middle,
+                          lever(middle),
+                          scenario_.rails.damping_ratio * critical(scenario_.rails.stiffness, 0.5 * car.mass),
+                          {points.size(), points.size() + 1}});
+        for (const double side : {1.0, -1.0}) {
+          const Vec3 station = middle + Vec3(0.0, side * suspension.half_base, 0.0);
+          points.push_back({body, truck, station, lever(station), suspension.stiffness,
+                            suspension.damping_ratio * critical(suspension.stiffness, quarter),
+                            quarter * inputs::kStandardGravity / suspension.stiffness});
+          ground_damping.push_back(held_back);
+        }
+      }
+      for (const double x : {-0.5, 0.0, 0.5}) {
+        for (const double y : {-0.5, 0.5}) {
+          for (const double z : {car.floor_height, car.roof_height}) {
+            const Vec3 corner(x * car.length, y * car.width, z - car.centre_height);
+            points.push_back({body, -1, corner, corner, terrain.body_stiffness, held_back, 0.0});
+            ground_damping.push_back(held_back);
+          }
+        }
+      }
+    }
+    auto support = std::make_unique<Support>(scenario_, forces_, o.settle_time, std::move(points), std::move(trucks),
+                                             std::move(ground_damping));
+    support_ = support.get();
+    SimTK::Force::Custom(forces_, support.release());
+    for (std::size_t truck = 0; truck < support_->truck_count(); ++truck) {
+      system_.addEventHandler(new TruckLeaves(*support_, truck, Stand::on_rails, Stand::off_rails));
+      system_.addEventHandler(new TruckLeaves(*support_, truck, Stand::off_rails, Stand::lost));
+    }
+    const inputs::Coupler& law = scenario_.coupler;
+    const double first_stiffness = law.draft_gear_travel > 0.0 ? law.draft_gear_stiffness : law.stiffness;
+    for (std::size_t k = 1; k < train_.size(); ++k) {
+      const model::Car &a = train_[k - 1], &b = train_[k];
+      const Vec3 rear(-0.5 * a.length, 0.0, law.height - a.centre_height),
+          front(0.5 * b.length, 0.0, law.height - b.centre_height);
+      const double both = a.mass * b.mass / (a.mass + b.mass);
+      SimTK::Force::Custom(
+          forces_, new SpatialBar(law, law.damping_ratio * critical(first_stiffness, both),
+                                  o.fault != SpatialFault::no_roll_stop, bodies_[k - 1], rear, bodies_[k], front));
+    }
+    if (o.fault == SpatialFault::gyroscopic_sign)
+      SimTK::Force::Custom(forces_, new WrongGyroscope({bodies_.begin(), bodies_.end()}));
+  }
+
+  const inputs::Scenario scenario_;
+  const std::vector<model::Car> train_;
+  SimTK::MultibodySystem system_;
+  SimTK::SimbodyMatterSubsystem matter_;
+  SimTK::GeneralForceSubsystem forces_;
+  std::vector<MobilizedBody::Free> bodies_;
+  const Support* support_ = nullptr;  // the force subsystem owns it
+  SimTK::RungeKuttaMersonIntegrator integrator_;
+  SimTK::TimeStepper stepper_;
+};
+
+}  // namespace
+
+}  // namespace train_derail::multibody
+
+extern "C" train_derail::multibody::SpatialEngineRun* train_derail_start_spatial_engine(
+    const train_derail::inputs::Scenario& scenario, const std::vector<train_derail::multibody::FreeMotion>& start,
+    const train_derail::multibody::SpatialEngineOptions& options) {
+  return new train_derail::multibody::SimbodyInSpace(scenario, start, options);
+}

@@ -1,0 +1,285 @@
+// The second opinion on trains in three dimensions: Simbody's free bodies move as the spatial model's cars do, step by
+// step, and mistakes that are put in are seen.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "multibody/spatial_engine.hpp"
+#include "spatial_fixtures.hpp"
+
+namespace train_derail {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using inputs::kInfinity;
+using multibody::FreeMotion;
+using multibody::SpatialFault;
+using test::at;
+using test::turned;
+
+constexpr double kInterval = 0.02;  // at which the two are compared [s]
+
+struct Case {
+  const char* name;
+  inputs::Scenario scenario;
+  std::vector<model::SpatialMotion> start;
+  double until;
+};
+
+/// Loaded tank cars on the crown of a bank of 3 m, off the rails, with every part that the second opinion has.
+inputs::Scenario on_the_bank(int cars) {
+  inputs::Scenario s = test::accident(cars);
+  s.model = inputs::Model::spatial;
+  s.contact.law = inputs::ContactLaw::none;
+  s.brakes.force = s.brakes.rolling_resistance = 0.0;
+  s.initial.perturbation = {};
+  s.rails.derail_ratio = 1e3;
+  s.rails.torn_length = 0.0;
+  s.coupler.break_draft = s.coupler.break_swing = s.coupler.vertical_hold = s.coupler.break_twist = kInfinity;
+  s.coupler.draft_gear_travel = 0.02;  // soon used up
+  s.terrain.bank_left = 3.0;
+  return s;
+}
+/// Centre of mass of a car that stands on the crown.
+Vector3d standing(const inputs::Scenario& s, double x, double y) {
+  return {x, y, test::height_of(s) - s.terrain.rail_height};
+}
+
+/// Thrown off the crown sideways, turning; it goes over on the bank.
+Case one_car() {
+  const inputs::Scenario s = on_the_bank(1);
+  return {"one car",
+          s,
+          {at(standing(s, 50.0, 0.5), turned(0.2, Vector3d::UnitZ()), {6.0, 4.0, 0.0}, {-0.3, 0.0, 0.4})},
+          1.8};
+}
+/// The lead car leaves the crown and pulls the next one round.
+Case two_cars() {
+  const inputs::Scenario s = on_the_bank(2);
+  return {"two cars",
+          s,
+          {at(standing(s, 60.0, 1.0), turned(0.15, Vector3d::UnitZ()), {9.0, 2.5, 0.0}, {-0.2, 0.0, 0.3}),
+           at(standing(s, 60.0 - test::kPitch, 0.0), Matrix3d::Identity(), {10.0, 0.0, 0.0})},
+          2.0};
+}
+/// The first car goes over on the bank and takes the others, which have only come to its edge, along.
+Case three_cars() {
+  const inputs::Scenario s = on_the_bank(3);
+  const auto car = [&](int k, double aside, double roll_rate) {
+    return at(standing(s, 80.0 - k * test::kPitch, aside), Matrix3d::Identity(), {8.0, aside, 0.0},
+              {roll_rate, 0.0, 0.0});
+  };
+  return {"three cars", s, {car(0, 1.9, -3.0), car(1, 1.5, 0.0), car(2, 1.2, 0.0)}, 2.0};
+}
+/// Rocking on the rails, the train comes to their end: truck after truck drops to the ground.
+Case off_the_rails() {
+  const inputs::Scenario s = on_the_bank(3);
+  const double height = test::height_of(s);
+  const auto car = [&](int k) {
+    const double way = k % 2 == 0 ? 1.0 : -1.0;
+    return at({-8.0 - k * (test::kPitch - 0.05), 0.005 * way, height + 0.01 * way}, Matrix3d::Identity(),
+              {12.0 + k, 0.0, 0.0}, {0.1 * way, 0.02, 0.05});
+  };
+  return {"off the rails", s, {car(0), car(1), car(2)}, 2.0};
+}
+
+using Film = std::vector<std::vector<FreeMotion>>;  // cars at every kInterval
+
+int frames(const Case& c) { return static_cast<int>(std::lround(c.until / kInterval)); }
+
+Film by_model(const Case& c, double step) {
+  inputs::Scenario s = c.scenario;
+  s.solver.fixed_step = step;
+  test::SpatialTrain train(s, c.start);
+  Film film;
+  for (int i = 0; i <= frames(c); ++i) {
+    train.to(i * kInterval);
+    std::vector<FreeMotion>& cars = film.emplace_back();
+    for (std::size_t k = 0; k < c.start.size(); ++k) {
+      const model::SpatialMotion q = train.car(static_cast<Eigen::Index>(k));
+      cars.push_back({q.centre, q.axes, q.velocity, q.rotation});
+    }
+  }
+  return film;
+}
+
+Film by_simbody(const Case& c, const multibody::SpatialEngineOptions& options) {
+  std::vector<FreeMotion> start;
+  for (const model::SpatialMotion& q : c.start) start.push_back({q.centre, q.axes, q.velocity, q.rotation});
+  const auto run = multibody::start_spatial_engine(c.scenario, start, options);
+  Film film;
+  for (int i = 0; i <= frames(c); ++i) {
+    run->advance(i * kInterval);
+    film.push_back(run->cars());
+  }
+  return film;
+}
+
+/// The farthest that any car is from its twin at any time.
+struct Apart {
+  double position = 0.0, angle = 0.0;  // m, rad
+};
+Apart apart(const Film& a, const Film& b) {
+  Apart most;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t k = 0; k < a[i].size(); ++k) {
+      most.position = std::max(most.position, (a[i][k].centre - b[i][k].centre).norm());
+      most.angle = std::max(most.angle, Eigen::AngleAxisd(a[i][k].axes.transpose() * b[i][k].axes).angle());
+    }
+  }
+  return most;
+}
+
+constexpr double kWorth = 1e-3;  // a limit above that says nothing [m, rad]
+
+/// Both are followed twice, with steps and tolerances a whole and a half. What halving changes is what an answer lacks
+/// still, if it comes closer in proportion to the step; the two agree if they differ by at most twice the sum of both.
+struct Comparison {
+  Film model, simbody;
+  Apart whole, half;  // between the two, with the model's longer and its shorter step
+  Apart limit;
+  bool within(const Apart& a) const { return a.position <= limit.position && a.angle <= limit.angle; }
+  bool agrees() const { return within(half) && limit.position < kWorth && limit.angle < kWorth; }
+};
+
+Comparison compare(const Case& c, SpatialFault fault = SpatialFault::none) {
+  const Film coarse = by_model(c, 4e-5), rough = by_simbody(c, {1e-6, 1e-4, fault});
+  Comparison r;
+  r.model = by_model(c, 2e-5);
+  r.simbody = by_simbody(c, {1e-7, 5e-5, fault});
+  r.whole = apart(coarse, r.simbody);
+  r.half = apart(r.model, r.simbody);
+  const Apart model = apart(coarse, r.model), simbody = apart(rough, r.simbody);
+  r.limit = {2.0 * (model.position + simbody.position), 2.0 * (model.angle + simbody.angle)};
+  std::printf("%s: %.1e m and %.1e rad apart (allowed: %.1e, %.1e; with twice the step %.1e, %.1e)\n", c.name,
+              r.half.position, r.half.angle, r.limit.position, r.limit.angle, r.whole.position, r.whole.angle);
+  return r;
+}
+
+/// How upright a car is at the end: 1 on its wheels, 0 on its side, -1 upside down.
+double upright(const Film& film, std::size_t car) { return film.back()[car].axes(2, 2); }
+
+/// One part of the scenario changed by a fiftieth.
+struct Change {
+  const char* name;
+  Case (*of)();  // where it plays a role
+  void (*change)(inputs::Scenario&);
+};
+constexpr double kMore = 1.02;
+model::Car car_of(const inputs::Scenario& s) { return model::expand(s.consist)[0]; }
+const Change kChanges[] = {
+    {"mass", one_car, [](inputs::Scenario& s) { s.consist[0].weight *= kMore; }},
+    {"roll inertia", one_car, [](inputs::Scenario& s) { s.consist[0].roll_inertia = kMore * car_of(s).roll_inertia; }},
+    {"yaw inertia", one_car, [](inputs::Scenario& s) { s.consist[0].yaw_inertia = kMore * car_of(s).yaw_inertia; }},
+    {"height", one_car, [](inputs::Scenario& s) { s.consist[0].centre_height = kMore * car_of(s).centre_height; }},
+    {"width", one_car, [](inputs::Scenario& s) { s.consist[0].width *= kMore; }},
+    {"spring", one_car, [](inputs::Scenario& s) { s.suspension.stiffness *= kMore; }},
+    {"damper", one_car, [](inputs::Scenario& s) { s.suspension.damping_ratio *= kMore; }},
+    {"half base", one_car, [](inputs::Scenario& s) { s.suspension.half_base *= kMore; }},
+    {"bank", one_car, [](inputs::Scenario& s) { s.terrain.bank_slope *= kMore; }},
+    {"crown", one_car, [](inputs::Scenario& s) { s.terrain.crown *= kMore; }},
+    {"bank height", one_car, [](inputs::Scenario& s) { s.terrain.bank_left *= kMore; }},
+    {"body friction", one_car, [](inputs::Scenario& s) { s.terrain.body_friction *= kMore; }},
+    {"ground stiffness", one_car, [](inputs::Scenario& s) { s.terrain.body_stiffness *= kMore; }},
+    {"ground damping", one_car, [](inputs::Scenario& s) { s.terrain.body_damping_ratio *= kMore; }},
+    {"broadside", one_car, [](inputs::Scenario& s) { s.ground.broadside_friction *= kMore; }},
+    {"in line", two_cars, [](inputs::Scenario& s) { s.ground.in_line_friction *= kMore; }},
+    {"slip ratio", two_cars, [](inputs::Scenario& s) { s.ground.slip_ratio *= kMore; }},
+    {"far", two_cars, [](inputs::Scenario& s) { s.ground.far_distance *= kMore; }},
+    {"slack", two_cars, [](inputs::Scenario& s) { s.coupler.slack *= kMore; }},
+    {"draft gear", two_cars, [](inputs::Scenario& s) { s.coupler.draft_gear_stiffness *= kMore; }},
+    {"travel", two_cars, [](inputs::Scenario& s) { s.coupler.draft_gear_travel *= kMore; }},
+    {"stiffness", two_cars, [](inputs::Scenario& s) { s.coupler.stiffness *= kMore; }},
+    {"coupler damper", two_cars, [](inputs::Scenario& s) { s.coupler.damping_ratio *= kMore; }},
+    {"coupler height", two_cars, [](inputs::Scenario& s) { s.coupler.height *= kMore; }},
+    {"swing limit", two_cars, [](inputs::Scenario& s) { s.coupler.swing_limit *= kMore; }},
+    {"swing stop", two_cars, [](inputs::Scenario& s) { s.coupler.swing_stiffness *= kMore; }},
+    {"pitch limit", three_cars, [](inputs::Scenario& s) { s.coupler.pitch_limit *= kMore; }},
+    {"pitch stop", three_cars, [](inputs::Scenario& s) { s.coupler.pitch_stiffness *= kMore; }},
+    {"roll limit", three_cars, [](inputs::Scenario& s) { s.coupler.roll_limit *= kMore; }},
+    {"roll stop", three_cars, [](inputs::Scenario& s) { s.coupler.roll_stiffness *= kMore; }},
+    {"rails", off_the_rails, [](inputs::Scenario& s) { s.rails.stiffness *= kMore; }},
+    {"rail damping", off_the_rails, [](inputs::Scenario& s) { s.rails.damping_ratio *= kMore; }},
+    {"rail height", off_the_rails, [](inputs::Scenario& s) { s.terrain.rail_height *= kMore; }},
+};
+
+class EarlyMotion : public testing::TestWithParam<Case (*)()> {};
+
+TEST_P(EarlyMotion, IsTheSameAndASmallChangeIsSeen) {
+  const Comparison r = compare(GetParam()());
+  EXPECT_TRUE(r.agrees());
+  // What is between them is the model's step: half of it, half as far.
+  EXPECT_GT(r.whole.position / r.half.position, 1.5);
+  for (const Change& change : kChanges) {
+    if (change.of != GetParam()) continue;
+    Case c = GetParam()();
+    change.change(c.scenario);
+    EXPECT_FALSE(r.within(apart(by_model(c, 2e-5), r.simbody))) << change.name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, EarlyMotion, testing::Values(one_car, two_cars, three_cars, off_the_rails),
+                         [](const auto& c) {
+                           std::string name = c.param().name;
+                           std::replace(name.begin(), name.end(), ' ', '_');
+                           return name;
+                         });
+
+TEST(SpatialSecondOpinion, TheCasesAreWhatTheyAreSaidToBe) {
+  EXPECT_LT(upright(by_model(one_car(), 1e-4), 0), 0.0);
+  const Film three = by_model(three_cars(), 1e-4);
+  EXPECT_LT(upright(three, 0), 0.0);
+  EXPECT_LT(upright(three, 1), 0.0);
+  EXPECT_GT(upright(three, 2), 0.8);
+  Case c = off_the_rails();
+  test::SpatialTrain train(c.scenario, c.start);
+  EXPECT_TRUE(train.incidents().derailments.empty());
+  train.to(c.until);
+  EXPECT_EQ(train.incidents().derailments.size(), 3U);
+}
+
+TEST(SpatialSecondOpinion, SeesTheWrongSignOfTheGyroscopicMoment) {
+  const Comparison r = compare(one_car(), SpatialFault::gyroscopic_sign);
+  EXPECT_FALSE(r.agrees());
+  EXPECT_GT(r.half.position, 0.1);
+}
+
+TEST(SpatialSecondOpinion, SeesACentreOfMassOnTheWrongSideOfTheRail) {
+  const Comparison r = compare(one_car(), SpatialFault::centre_below_rail);
+  EXPECT_FALSE(r.agrees());
+  EXPECT_GT(r.half.angle, 1.0);
+}
+
+TEST(SpatialSecondOpinion, SeesThatTheRollStopIsMissing) {
+  const Comparison r = compare(three_cars(), SpatialFault::no_roll_stop);
+  EXPECT_FALSE(r.agrees());
+  // It is the roll stop that takes the second car along.
+  EXPECT_LT(upright(r.model, 1), 0.0);
+  EXPECT_GT(upright(r.simbody, 1), 0.8);
+}
+
+TEST(SpatialSecondOpinion, RefusesWhatItHasNot) {
+  Case c = one_car();
+  const auto start = [&c] { by_simbody({c.name, c.scenario, c.start, 0.0}, {}); };
+  EXPECT_NO_THROW(start());
+  c.scenario.contact.law = inputs::ContactLaw::elastic;
+  EXPECT_THROW(start(), std::invalid_argument);
+  c = one_car();
+  c.scenario.brakes.force = 0.05;
+  EXPECT_THROW(start(), std::invalid_argument);
+  c = two_cars();
+  c.scenario.coupler.break_twist = 1e5;
+  EXPECT_THROW(start(), std::invalid_argument);
+  c = one_car();
+  c.start.clear();
+  EXPECT_THROW(start(), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace train_derail
