@@ -32,6 +32,11 @@ void add_plate(Points& points, double x0, double x1, double w, double z) {
   add_quad(points, make_point(x1, -w, z), make_point(x1, w, z), make_point(x0, w, z), make_point(x0, -w, z));
 }
 
+/// Level rectangle that is seen from below.
+void add_plate_below(Points& points, double x0, double x1, double w, double z) {
+  add_quad(points, make_point(x0, -w, z), make_point(x0, w, z), make_point(x1, w, z), make_point(x1, -w, z));
+}
+
 /// A thin strip from a to b on a face that looks to (0, ny, nz).
 void add_line(Points& points, const Point& a, const Point& b, double ny, double nz) {
   const double dx = b.x - a.x, dy = b.y - a.y, dz = b.z - a.z;
@@ -53,9 +58,10 @@ void add_rim(Points& points, double f, double w, double z) {
   for (std::size_t i = 0; i < 4; ++i) add_line(points, corner[i], corner[(i + 1) % 4]);
 }
 
-/// Its sides; what else there is of it, the body hides.
+/// Its sides and what is seen of it if the car lies on its side; what else there is of it, the body hides.
 void add_truck(Points& points, double centre, double width) {
   const double f = 0.5 * kTruckLength, w = 0.5 * std::min(kTruckWidth, width);
+  for (const double x : {centre - 0.6 * f, centre + 0.6 * f}) add_plate_below(points, x - 0.25, x + 0.25, w, 0.1);
   for (const double side : {-1.0, 1.0}) {
     const double second = centre - side * f, first = centre + side * f;
     add_quad(points, make_point(first, side * w, 0.1), make_point(second, side * w, 0.1),
@@ -205,6 +211,7 @@ CarShape car_shape(const model::Car& car) {
   } else {
     add_plain_box(shape, f, w);
   }
+  add_plate_below(shape.dark, -f, f, 0.95 * w, kDeckHeight - 0.01);
   for (const double centre : {0.5 * car.truck_spacing, -0.5 * car.truck_spacing}) {
     add_truck(shape.dark, centre, car.width);
   }

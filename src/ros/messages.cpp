@@ -46,12 +46,15 @@ void fill_histogram(Impacts& m) {
   for (std::size_t i = 0; i <= m.counts.size(); ++i) m.bin_edges.push_back(static_cast<double>(i) * kSpeedBin);
 }
 
-/// `position`: a Point or a Vector3.
+/// Of the point of the car that is `below` its centre of mass [m], with the height that the point has above where it is
+/// on the rails. `position`: a Point or a Vector3.
 template <class Position>
-void set_pose(const simulation::CarSnapshot& car, Position& position, geometry_msgs::Quaternion& orientation) {
-  position.x = car.x;
-  position.y = car.y;
-  position.z = car.z;
+void set_pose(const simulation::CarSnapshot& car, double below, Position& position,
+              geometry_msgs::Quaternion& orientation) {
+  // The car's own vertical axis; exactly (0, 0, 1) in models of the plane.
+  position.x = car.x - below * 2.0 * (car.qx * car.qz + car.qw * car.qy);
+  position.y = car.y - below * 2.0 * (car.qy * car.qz - car.qw * car.qx);
+  position.z = car.z + below * 2.0 * (car.qx * car.qx + car.qy * car.qy);
   orientation.x = car.qx;
   orientation.y = car.qy;
   orientation.z = car.qz;
@@ -72,7 +75,7 @@ CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double ti
     CarState& to = m.cars[i];
     to.number = static_cast<std::uint32_t>(i + 1);
     fill(to, simulation::car_fields(), from);
-    set_pose(from, to.pose.position, to.pose.orientation);
+    set_pose(from, 0.0, to.pose.position, to.pose.orientation);
     to.twist.linear.x = from.vx;
     to.twist.linear.y = from.vy;
     to.twist.linear.z = from.vz;
@@ -271,7 +274,8 @@ geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, c
   return t;
 }
 
-tf2_msgs::TFMessage to_transforms(const std::vector<simulation::CarSnapshot>& cars, const std_msgs::Header& header,
+tf2_msgs::TFMessage to_transforms(const std::vector<model::Car>& train,
+                                  const std::vector<simulation::CarSnapshot>& cars, const std_msgs::Header& header,
                                   const Frames& frames) {
   tf2_msgs::TFMessage m;
   m.transforms.reserve(cars.size() + 1);
@@ -279,7 +283,7 @@ tf2_msgs::TFMessage to_transforms(const std::vector<simulation::CarSnapshot>& ca
     geometry_msgs::TransformStamped& t = m.transforms.emplace_back();
     t.header = header;
     t.child_frame_id = frames.car(static_cast<int>(i) + 1);
-    set_pose(cars[i], t.transform.translation, t.transform.rotation);
+    set_pose(cars[i], train[i].centre_height, t.transform.translation, t.transform.rotation);
   }
   return m;
 }

@@ -27,6 +27,7 @@ void RunStream::start_run(RunView& run, const RunState& state) {
   clock_.start_run();
   pile_up_ = PileUpFollower();
   const inputs::Scenario& scenario = run.scenario();
+  cars_ = run.cars();
   scene_.emplace(scenario, run.cars(), options_.frames, scenario.output.interval * std::max(1, options_.markers_every));
   history_.clear();
   grid_points_ = 0;
@@ -88,7 +89,7 @@ void RunStream::show(const RunView& run, const simulation::Snapshot& moment, con
 }
 
 tf2_msgs::TFMessage RunStream::moving_frames(const std_msgs::Header& header) const {
-  tf2_msgs::TFMessage moving = to_transforms(last_.cars, header, options_.frames);
+  tf2_msgs::TFMessage moving = to_transforms(cars_, last_.cars, header, options_.frames);
   moving.transforms.push_back(make_transform(header, options_.frames.pile_up(), pile_up_.x(), pile_up_.y(), 0.0));
   return moving;
 }

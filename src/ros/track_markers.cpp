@@ -7,6 +7,7 @@
 
 #include "marker_parts.hpp"
 #include "painted_text.hpp"
+#include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
 
 namespace train_derail::ros_face {
@@ -23,6 +24,7 @@ constexpr double kBallastTop = 1.8, kBallastFoot = 3.2, kBallastHeight = 0.06;
 constexpr double kTrackPiece = 10.0;  // longest straight piece of a drawn curve
 constexpr double kRollOn = 25.0;      // s: at their initial speed, cars ahead of the point stay on the drawn track
 constexpr double kGroundBeyond = 3000.0;
+constexpr double kGroundBesideCurve = 150.0;  // sharper curves would fold it
 constexpr double kRulerReach = 45.0, kRulerWidth = 0.25, kRulerHeight = 0.03, kRulerText = 5.0;
 constexpr double kRulerAhead = 400.0;
 constexpr double kFoot = 0.3048;
@@ -51,11 +53,41 @@ geometry_msgs::Point beside(const model::Track::Node& node, double along, double
                     node.point.y() + along * node.tangent.y() + left * node.tangent.x(), z);
 }
 
-/// A rectangle across the track from `right` to `left`.
-void add_across(Points& points, const model::Track::Node& at, double right, double left, double width, double z) {
+/// The ground across the track. Heights here are above the crown, on which the ballast lies.
+struct Ground {
+  explicit Ground(const inputs::Terrain& t) : terrain(t) {
+    for (const double side : {-1.0, 1.0}) {
+      const double bank = std::abs(side < 0.0 ? t.bank_right : t.bank_left);
+      if (bank > 0.0) bends.insert(bends.end(), {side * t.crown, side * (t.crown + bank / t.bank_slope)});
+    }
+    std::sort(bends.begin(), bends.end());
+  }
+  double height(double left) const { return model::ground_height(terrain, left).z + terrain.rail_height; }
+  /// Offsets from `right` to `left` between which the ground is straight.
+  std::vector<double> between(double right, double left) const {
+    std::vector<double> all{right};
+    for (const double bend : bends) {
+      if (bend > right && bend < left) all.push_back(bend);
+    }
+    all.push_back(left);
+    return all;
+  }
+  bool level() const { return bends.empty(); }
+
+  inputs::Terrain terrain;
+  std::vector<double> bends;  // offsets, left positive, rising
+};
+
+/// A strip across the track from `right` to `left`, `z` above the ground.
+void add_across(Points& points, const Ground& ground, const model::Track::Node& at, double right, double left,
+                double width, double z) {
   const double half = 0.5 * width;
-  add_quad(points, beside(at, -half, right, z), beside(at, half, right, z), beside(at, half, left, z),
-           beside(at, -half, left, z));
+  const std::vector<double> offsets = ground.between(right, left);
+  for (std::size_t i = 0; i + 1 < offsets.size(); ++i) {
+    const double a = offsets[i], b = offsets[i + 1], z_a = z + ground.height(a), z_b = z + ground.height(b);
+    add_quad(points, beside(at, -half, a, z_a), beside(at, half, a, z_a), beside(at, half, b, z_b),
+             beside(at, -half, b, z_b));
+  }
 }
 
 /// A strip along the track between two offsets.
@@ -66,19 +98,45 @@ void add_strip(Points& points, const model::Track::Node& from, const model::Trac
 }
 
 /// Lines across the ground on one side, each with its distance from the point of derailment.
-void add_ruler(Points& points, const model::Track& track, double rear, double front, double unit, int step, bool left,
-               const char* name) {
+void add_ruler(Points& points, const Ground& ground, const model::Track& track, double rear, double front, double unit,
+               int step, bool left, const char* name) {
   const double side = left ? 1.0 : -1.0;
   const int first = static_cast<int>(std::ceil(rear / (unit * step))),
             last = static_cast<int>(std::floor(front / (unit * step)));
   for (int i = first; i <= last; ++i) {
     const model::Track::Node at = track.at(i * unit * step);
     const double inner = side * kBallastFoot, outer = side * kRulerReach;
-    add_across(points, at, std::min(inner, outer), std::max(inner, outer), kRulerWidth, kRulerHeight);
+    add_across(points, ground, at, std::min(inner, outer), std::max(inner, outer), kRulerWidth, kRulerHeight);
     Points text;
     paint_text(text, fmt::format("{} {}", i * step, name), kRulerText, kRulerHeight);
     for (const geometry_msgs::Point& p : text) {
-      points.push_back(beside(at, p.x, p.y + side * (kRulerReach + kRulerText), p.z));
+      const double left_of = p.y + side * (kRulerReach + kRulerText);
+      points.push_back(beside(at, p.x, left_of, p.z + ground.height(left_of)));
+    }
+  }
+}
+
+/// Level ground as far as one sees, or banks along the track as far as they are not too far from it.
+void add_ground(Points& points, const Ground& ground, const model::Track& track, const std::vector<double>& stations) {
+  const double rear = stations.front(), front = stations.back();
+  if (ground.level()) {
+    add_quad(points, make_point(rear - kGroundBeyond, -kGroundBeyond, 0.0),
+             make_point(front + kGroundBeyond, -kGroundBeyond, 0.0),
+             make_point(front + kGroundBeyond, kGroundBeyond, 0.0),
+             make_point(rear - kGroundBeyond, kGroundBeyond, 0.0));
+    return;
+  }
+  const double reach = std::max(track.straight() ? kGroundBeyond : kGroundBesideCurve,
+                                std::max(-ground.bends.front(), ground.bends.back()) + kRulerReach);
+  const std::vector<double> offsets = ground.between(-reach, reach);
+  std::vector<model::Track::Node> nodes;
+  for (const double s : stations) nodes.push_back(track.at(s));
+  nodes.front().point -= kGroundBeyond * nodes.front().tangent;
+  nodes.back().point += kGroundBeyond * nodes.back().tangent;
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    for (std::size_t j = 0; j + 1 < offsets.size(); ++j) {
+      add_strip(points, nodes[i], nodes[i + 1], offsets[j], offsets[j + 1], ground.height(offsets[j]),
+                ground.height(offsets[j + 1]));
     }
   }
 }
@@ -107,10 +165,9 @@ visualization_msgs::MarkerArray track_markers(const inputs::Scenario& scenario, 
   Marker pod = make_triangles(world, "point_of_derailment", 0, kPod);
   Marker pod_name = make_text(world, "point_of_derailment", 1, kPodTextHeight);
 
-  add_quad(ground.points, make_point(rear - kGroundBeyond, -kGroundBeyond, 0.0),
-           make_point(front + kGroundBeyond, -kGroundBeyond, 0.0),
-           make_point(front + kGroundBeyond, kGroundBeyond, 0.0), make_point(rear - kGroundBeyond, kGroundBeyond, 0.0));
+  const Ground terrain(scenario.terrain);
   const std::vector<double> s = stations(scenario.track.curves, rear, front);
+  add_ground(ground.points, terrain, track, s);
   for (std::size_t i = 0; i + 1 < s.size(); ++i) {
     const model::Track::Node from = track.at(s[i]), to = track.at(s[i + 1]);
     add_strip(ballast.points, from, to, -kBallastFoot, -kBallastTop, 0.0, kBallastHeight);
@@ -123,17 +180,23 @@ visualization_msgs::MarkerArray track_markers(const inputs::Scenario& scenario, 
   for (int i = static_cast<int>(-kTiesBehind / kTieSpacing); i * kTieSpacing <= kTiesAhead; ++i) {
     const double at = i * kTieSpacing;
     if (at < rear || at > front) continue;
-    add_across(ties.points, track.at(at), -0.5 * kTieLength, 0.5 * kTieLength, kTieWidth, kTieHeight);
+    add_across(ties.points, terrain, track.at(at), -0.5 * kTieLength, 0.5 * kTieLength, kTieWidth, kTieHeight);
   }
   const double ruler_front = std::min(front, kRulerAhead);
-  add_ruler(ruler.points, track, rear, ruler_front, 1.0, 50, true, "m");
-  add_ruler(ruler.points, track, rear, ruler_front, kFoot, 100, false, "ft");
+  add_ruler(ruler.points, terrain, track, rear, ruler_front, 1.0, 50, true, "m");
+  add_ruler(ruler.points, terrain, track, rear, ruler_front, kFoot, 100, false, "ft");
   const model::Track::Node origin = track.at(0.0);
-  add_across(pod.points, origin, -kRulerReach, kRulerReach, kPodWidth, kPodHeight);
+  add_across(pod.points, terrain, origin, -kRulerReach, kRulerReach, kPodWidth, kPodHeight);
   pod_name.text = "point of derailment";
   // Beyond the numbers of the ruler.
   pod_name.pose.position = beside(origin, 0.0, -kRulerReach - 3.0 * kRulerText, 0.5 * kPodTextHeight);
 
+  // In space the top of the rails is at height 0; models of the plane leave the ground there.
+  if (inputs::model_of(scenario) == inputs::Model::spatial) {
+    for (Marker* m : {&ground, &ballast, &ties, &rails, &ruler, &pod, &pod_name}) {
+      m->pose.position.z -= scenario.terrain.rail_height;
+    }
+  }
   visualization_msgs::MarkerArray all;
   all.markers = {clear, ground, ballast, ties, rails, ruler, pod, pod_name};
   all.markers.erase(std::remove_if(all.markers.begin() + 1, all.markers.end(),

@@ -146,6 +146,41 @@ Accident read_row(const File& file, const Line& line, std::vector<InputError>& e
   return a;
 }
 
+// Of a table of posture, which knows neither weights nor where in the train it began: middle of what is usual.
+constexpr double kTonsLoaded = 131.5, kTonsEmpty = 32.5;  // short tons
+constexpr int kLocomotives = 2;
+
+/// A row of a table of posture. The weight follows from how many of the derailed cars were loaded.
+Accident read_posture_row(const File& file, const Line& line, std::vector<InputError>& errors) {
+  const std::size_t before = errors.size();
+  const RowReader reader(file, line, errors);
+  Accident a;
+  a.line = line.number;
+  a.fields = line.fields;
+  a.speed_mph = reader.positive("speed_mph", kSpeedMax);
+  a.n_cars = reader.count("cars_in_train", 1, kCountMax);
+  a.cars_derailed = reader.count("cars_derailed_narrative", 1, errors.size() == before ? a.n_cars : kCountMax);
+  a.over = reader.count("on_side_or_over", 0, errors.size() == before ? a.cars_derailed : kCountMax);
+  const int loads = reader.count_or_blank("loads_derailed_form"),
+            empties = reader.count_or_blank("empties_derailed_form");
+  a.cause = reader.text_if_any("cause");
+  if (errors.size() > before) return a;
+  const int known = std::max(loads + empties, 1);
+  a.tons_per_car = (kTonsLoaded * (known - empties) + kTonsEmpty * empties) / known;
+  a.head_end_locos = kLocomotives;
+  a.first_car_position = 1 + (a.n_cars - a.cars_derailed) / 2;
+  a.cars_from_pod_to_rear = a.n_cars - a.first_car_position + 1;
+  return a;
+}
+
+/// Throws InputError if the table lacks a column.
+void require(const File& file, std::initializer_list<const char*> columns) {
+  for (const char* column : columns) {
+    if (!file.has(column))
+      throw InputError(file.path + ":1", column, "", "missing column", "a column of this name (docs/validation.md)");
+  }
+}
+
 // Columns of form 6180.54 of the Federal Railroad Administration. A row is one report. A suffix 1 means what the train
 // had, a suffix 2 what of it derailed.
 const std::vector<std::string> kFormColumns{"RAILROAD", "INCDTNO", "TYPE",    "TRNSPD",  "TONS",    "POSITON1",
@@ -333,14 +368,22 @@ AccidentTable read_accidents(const std::string& path, bool skip_invalid) {
   if (is_form(file)) {
     read_form(file, table, errors);
   } else {
-    for (const char* column : {"speed_mph", "n_cars", "tons_per_car", "head_end_locos", "mid_locos", "rear_locos",
-                               "first_car_position", "cars_from_pod_to_rear", "cars_derailed"}) {
-      if (file.has(column)) continue;
-      throw InputError(path + ":1", column, "", "missing column", "a column of this name (docs/validation.md)");
+    const bool posture = file.has("on_side_or_over");
+    if (posture) {
+      require(file, {"speed_mph", "cars_in_train", "cars_derailed_narrative", "loads_derailed_form",
+                     "empties_derailed_form"});
+      table.notes.push_back(
+          {1,
+           fmt::format("a table of posture: assumed are {} short tons a loaded car, {} an empty one, by the derailed "
+                       "ones, {} locomotives in front, and that the derailed cars were in the middle of the train",
+                       kTonsLoaded, kTonsEmpty, kLocomotives)});
+    } else {
+      require(file, {"speed_mph", "n_cars", "tons_per_car", "head_end_locos", "mid_locos", "rear_locos",
+                     "first_car_position", "cars_from_pod_to_rear", "cars_derailed"});
     }
     for (const Line& line : file.rows) {
       const std::size_t before = errors.size();
-      Accident row = read_row(file, line, errors);
+      Accident row = posture ? read_posture_row(file, line, errors) : read_row(file, line, errors);
       if (errors.size() == before) table.rows.push_back(std::move(row));
     }
   }

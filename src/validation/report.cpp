@@ -112,6 +112,7 @@ std::string to_table(const Validation& v) {
     text += fmt::format("    cars ~ speed^b: b = {} real, {} predicted\n", number(g.exponent_real, "{:.2f}"),
                         number(g.exponent_predicted, "{:.2f}"));
   }
+  if (!v.posture.empty()) text += to_table(v.posture);
   if (v.groups.empty()) return text;
   const Group& last = v.groups.back();
   text += fmt::format("\n{}\n    {:>10}{:>6}{:>10}{:>6}{:>11}{:>9}\n", last.name, "mph", "rows", "real", "sd",
@@ -141,6 +142,14 @@ std::string to_json(const Validation& v) {
       {"left_out", to_json(v.accidents.left_out)},
       {"notes", to_json(v.accidents.notes)}};
   for (const Group& g : v.groups) j["groups"].push_back(to_json(g));
+  for (const PostureBand& b : v.posture) {
+    ordered_json band{{"from_mph", b.from}, {"to_mph", std::isinf(b.to) ? ordered_json() : ordered_json(b.to)}};
+    for (const auto& [name, s] : {std::pair{"real", b.real}, {"predicted", b.predicted}}) {
+      band[name] = {
+          {"count", s.count}, {"over", s.over}, {"sd", s.sd}, {"none_over", s.none_over}, {"all_over", s.all_over}};
+    }
+    j["posture"].push_back(band);
+  }
   return j.dump(2, ' ', false, ordered_json::error_handler_t::replace);
 }
 
@@ -255,6 +264,13 @@ Member member_from(const std::vector<std::string>& fields) {
   m.member = std::stoll(fields[kMember]);
   m.seed = std::stoll(fields[kSeed]);
   m.derailed = {std::stoi(fields[kCars]), std::stoi(fields[kLocomotives])};
+  const auto count = [&](std::string_view name) {
+    const auto& all = outcome::quantities();
+    const auto q = std::find_if(all.begin(), all.end(), [&](const outcome::Quantity& x) { return x.name == name; });
+    return std::stoi(fields[kQuantities + static_cast<std::size_t>(q - all.begin())]);
+  };
+  m.posture.over = count("cars_over");
+  m.posture.cars = m.posture.over + count("cars_upright") + count("cars_leaning");
   for (const auto ended : {outcome::Ended::at_rest, outcome::Ended::time_max, outcome::Ended::integration_failed}) {
     if (fields[ended_place()] == outcome::to_string(ended)) m.outcome.ended = ended;
   }

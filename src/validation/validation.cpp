@@ -31,6 +31,7 @@ Member compute(const study::Study& study, const Accident& accident, const study:
     simulation.run(&stop);
     m.outcome = simulation.outcome();
     m.derailed = count_derailed(scenario, simulation.snapshot());
+    m.posture = {accident.speed_mph, m.outcome.posture.cars(), m.outcome.posture.over()};
   } catch (const InputError& e) {
     m.outcome.ended = outcome::Ended::integration_failed;
     m.outcome.message = e.what();
@@ -90,6 +91,27 @@ Group group(const std::string& name, const Columns& c) {
   g.exponent_real = speed_exponent(c.inputs.speed, c.real);
   g.exponent_predicted = speed_exponent(c.inputs.speed, c.median);
   return g;
+}
+
+/// Wind blows cars over that would else stand.
+constexpr const char* kWind = "M105";
+
+std::vector<PostureBand> score_posture(const AccidentTable& accidents, const Ensembles& ensembles) {
+  std::vector<PostureCount> real, predicted;
+  const auto counts = [](const Accident& a) {
+    return a.over && a.cars_derailed >= kPostureCarsMin && a.cause != kWind;
+  };
+  for (const Accident& a : accidents.rows) {
+    if (counts(a)) real.push_back({a.speed_mph, a.cars_derailed, *a.over});
+  }
+  for (const Member& m : ensembles.members) {
+    const Accident& a = accidents.rows[m.row];
+    if (counts(a) && m.outcome.ended != outcome::Ended::integration_failed) {
+      predicted.push_back({a.speed_mph, m.posture.cars, m.posture.over});
+    }
+  }
+  const bool known = std::any_of(predicted.begin(), predicted.end(), [](const PostureCount& c) { return c.cars > 0; });
+  return known ? by_band(real, predicted) : std::vector<PostureBand>();
 }
 
 }  // namespace
@@ -312,7 +334,8 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, const V
 }
 
 Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
-  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  v.posture = score_posture(accidents, ensembles);
   v.warnings = ensembles.warnings;
   std::vector<std::vector<double>> counts(accidents.rows.size());
   for (const Member& m : ensembles.members) {

@@ -11,7 +11,8 @@ struct Frames {
   std::string world = "map";  ///< parent of all frames: x along the track from the point of derailment, y left, z up
   std::string prefix;         ///< put before every other name, for several nodes side by side
 
-  /// Returns the frame of car `number`, from 1: at its centre of mass, with x towards its front.
+  /// Returns the frame of car `number`, from 1: at the point of the car that lies below its centre of mass at the top
+  /// of the rails when it stands on them; x towards its front, z towards its roof.
   std::string car(int number) const {
     const std::string digits = std::to_string(number);
     return prefix + "car_" + std::string(digits.size() < 3 ? 3 - digits.size() : 0, '0') + digits;

@@ -57,8 +57,9 @@ Occurrence from_message(const Event& message);
 /// z.
 geometry_msgs::TransformStamped make_transform(const std_msgs::Header& header, const std::string& child, double x,
                                                double y, double yaw);
-/// Transforms from the frame of `header` to the frames of all cars.
-tf2_msgs::TFMessage to_transforms(const std::vector<simulation::CarSnapshot>& cars, const std_msgs::Header& header,
+/// Transforms from the frame of `header` to the frames of all cars (Frames::car).
+tf2_msgs::TFMessage to_transforms(const std::vector<model::Car>& train,
+                                  const std::vector<simulation::CarSnapshot>& cars, const std_msgs::Header& header,
                                   const Frames& frames);
 
 }  // namespace train_derail::ros_face

@@ -106,6 +106,7 @@ class RunStream {
 
   // Of what was sent last.
   bool markers_sent_ = false;
+  std::vector<model::Car> cars_;  // of the run
   simulation::Snapshot last_;
   Heap heap_;
   std::vector<outcome::FirstTouch> touches_;  ///< recent enough to be shown

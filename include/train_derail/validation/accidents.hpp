@@ -26,6 +26,7 @@ struct Accident {
   int cars_derailed = 0;            ///< cars that really derailed
   std::string cause;                ///< code of the cause in the report; empty if the table does not give it
   std::optional<int> empty_cars;    ///< empty cars in the train; none if the table does not give it
+  std::optional<int> over;          ///< derailed cars that lay on their side or over; none if the table does not tell
   std::vector<std::string> fields;  ///< the row as it is in the table
 };
 
@@ -45,7 +46,8 @@ struct AccidentTable {
 };
 
 /// Reads a table of accidents (CSV). It either has the columns of docs/validation.md, in any order and with others
-/// beside them, or it holds reports as the FRA publishes them (form 6180.54), which are converted to these columns. A
+/// beside them, or it holds reports as the FRA publishes them (form 6180.54), which are converted to these columns, or
+/// it is a table of posture (column on_side_or_over), which lacks some of them: `notes` says what is assumed then. A
 /// line may end with one comma too many. Several reports of one accident count once. Throws inputs::InputError if the
 /// file is not a table, or if rows cannot be used; the error gives file, line, column, value and allowed range of each.
 /// With `skip_invalid` such rows are left out instead, as long as some remain.

@@ -16,6 +16,7 @@
 #include "train_derail/study/study.hpp"
 #include "train_derail/validation/accidents.hpp"
 #include "train_derail/validation/fitted_class.hpp"
+#include "train_derail/validation/posture.hpp"
 #include "train_derail/validation/scores.hpp"
 
 namespace train_derail::validation {
@@ -40,6 +41,7 @@ struct Member {
   std::int64_t member = 0;   ///< number among the members of that row, from 0
   std::int64_t seed = 0;     ///< seed; depends on the study's seed, the line in the file and the member only
   Derailed derailed;         ///< derailed cars and locomotives
+  PostureCount posture;      ///< how they lie, locomotives included; models of space only
   outcome::Outcome outcome;  ///< outcome, with locomotives as cars; if read from a journal only `ended` is set
   std::string text;          ///< its line of members.csv
 };
@@ -111,7 +113,8 @@ struct Validation {
   Stretched stretched;                     ///< 90 % intervals, stretched with all rows
   std::vector<Fit> fits;                   ///< statistical models, fitted to all rows
   std::vector<Group> groups;  ///< groups that have rows; inside and outside of the fitted class, if any are outside
-  FittedClass fitted;         ///< class of the fit; not known if the study does not name it
+  std::vector<PostureBand> posture;   ///< by speed; empty if the table does not tell it, or in models of the plane
+  FittedClass fitted;                 ///< class of the fit; not known if the study does not name it
   std::vector<std::string> outside;   ///< row by row, outside() of the fitted class; empty if inside
   std::vector<std::string> warnings;  ///< what to check before the numbers are believed; one line each
 };
