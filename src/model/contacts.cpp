@@ -141,7 +141,8 @@ void Contacts::note(double t, double h, Pair& pair, const Manifold& m, const Vec
     pair.impact = static_cast<int>(impacts.size());
     const Vector2& p = m.point[0];
     impacts.push_back({t, t, pair.a, pair.b, face_met(a, m.normal), face_met(b, -m.normal), (p - a.centre).dot(a.axis),
-                       (p - b.centre).dot(b.axis), p.x(), p.y(), velocity.norm(), -velocity.dot(m.normal), 0.0, 0.0});
+                       (p - b.centre).dot(b.axis), p.x(), p.y(), 0.0, velocity.norm(), -velocity.dot(m.normal), 0.0,
+                       0.0});
   }
   pair.seen = t;
   Impact& impact = impacts[static_cast<std::size_t>(pair.impact)];

@@ -43,6 +43,7 @@ void Record::walk(files::Archive& archive) {
     archive.value("along_b", i.along_b);
     archive.value("x", i.x);
     archive.value("y", i.y);
+    archive.value("z", i.z);
     archive.value("closing_speed", i.closing_speed);
     archive.value("closing_speed_normal", i.closing_speed_normal);
     archive.value("impulse", i.impulse);

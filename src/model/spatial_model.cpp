@@ -711,7 +711,9 @@ struct SpatialModel::Parts {
   }
 
   static Face face_met(const SpatialMotion& car, const Vector3d& push) {
-    const double along = car.axes.col(0).dot(push), across = car.axes.col(1).dot(push);
+    const Vector3d own = car.axes.transpose() * push;
+    const double along = own.x(), across = own.y(), upward = own.z();
+    if (std::abs(upward) > std::max(std::abs(along), std::abs(across))) return upward < 0.0 ? Face::top : Face::bottom;
     if (std::abs(along) > std::abs(across)) return along < 0.0 ? Face::front : Face::rear;
     return across < 0.0 ? Face::left : Face::right;
   }
@@ -723,7 +725,7 @@ struct SpatialModel::Parts {
       pair.impact = static_cast<int>(impacts.size());
       const Vector3d& p = m.point[0];
       impacts.push_back({t, t, pair.a, pair.b, face_met(a, m.normal), face_met(b, -m.normal),
-                         (p - a.centre).dot(a.axes.col(0)), (p - b.centre).dot(b.axes.col(0)), p.x(), p.y(),
+                         (p - a.centre).dot(a.axes.col(0)), (p - b.centre).dot(b.axes.col(0)), p.x(), p.y(), p.z(),
                          velocity.norm(), -velocity.dot(m.normal), 0.0, 0.0});
     }
     pair.seen = t;

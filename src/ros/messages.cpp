@@ -20,6 +20,8 @@ std::uint8_t to_constant(model::Face face) {
     case model::Face::rear: return Impact::REAR;
     case model::Face::left: return Impact::LEFT;
     case model::Face::right: return Impact::RIGHT;
+    case model::Face::top: return Impact::TOP;
+    case model::Face::bottom: return Impact::BOTTOM;
   }
   return 0;
 }
@@ -29,6 +31,8 @@ model::Face to_face(std::uint8_t constant) {
     case Impact::REAR: return model::Face::rear;
     case Impact::LEFT: return model::Face::left;
     case Impact::RIGHT: return model::Face::right;
+    case Impact::TOP: return model::Face::top;
+    case Impact::BOTTOM: return model::Face::bottom;
     default: return model::Face::front;
   }
 }
@@ -120,6 +124,7 @@ Impacts to_message(const std::vector<model::Impact>& impacts, double time, const
     to.along_b = from.along_b;
     to.x = from.x;
     to.y = from.y;
+    to.z = from.z;
     to.closing_speed = from.closing_speed;
     to.closing_speed_normal = from.closing_speed_normal;
     to.impulse = from.impulse;
@@ -242,8 +247,8 @@ std::vector<model::Impact> from_message(const Impacts& message) {
   for (const Impact& from : message.impacts) {
     impacts.push_back({from.time, from.end, static_cast<Eigen::Index>(from.car_a) - 1,
                        static_cast<Eigen::Index>(from.car_b) - 1, to_face(from.face_a), to_face(from.face_b),
-                       from.along_a, from.along_b, from.x, from.y, from.closing_speed, from.closing_speed_normal,
-                       from.impulse, from.peak_force});
+                       from.along_a, from.along_b, from.x, from.y, from.z, from.closing_speed,
+                       from.closing_speed_normal, from.impulse, from.peak_force});
   }
   return impacts;
 }

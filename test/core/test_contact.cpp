@@ -91,6 +91,7 @@ TEST_P(Restitution, IsWhatACentralHitReturns) {
       EXPECT_EQ(hit.face_b, Face::front);
       EXPECT_NEAR(hit.along_a, -0.5 * kLength, 0.02);
       EXPECT_NEAR(hit.along_b, 0.5 * kLength, 0.02);
+      EXPECT_EQ(hit.z, 0.0);
       // The top of the force is that of the spring that takes the speed.
       const double top = closing * std::sqrt(s.contact.stiffness * 0.5 * mass);
       EXPECT_NEAR(hit.peak_force / top, 1.0, 30.0 * *s.solver.fixed_step);

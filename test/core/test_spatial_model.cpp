@@ -444,6 +444,37 @@ TEST(SpatialMomentum, OfAContact) {
   EXPECT_GT(train.car(1).body_rates.norm(), 0.3);
 }
 
+TEST(SpatialImpact, NamesTheFacesAndTheHeight) {
+  using model::Face;
+  inputs::Scenario s = spatial(2);
+  s.contact.law = inputs::ContactLaw::elastic;
+  const model::Car car = model::expand(s.consist)[0];
+  const Vector3d size(car.length, car.width, car.roof_height - car.floor_height);
+  const double floor = kAloft.z() + car.floor_height - car.centre_height;
+  struct Case {
+    Vector3d towards;  // the second car, seen from the first
+    Face a, b;
+    double low, high;  // of the touch above the floor
+  };
+  const std::vector<Case> cases{{{0.0, 0.0, 1.0}, Face::top, Face::bottom, size.z(), size.z()},
+                                {{0.0, 0.0, -1.0}, Face::bottom, Face::top, 0.0, 0.0},
+                                {{0.0, 1.0, 0.0}, Face::left, Face::right, 0.0, size.z()},
+                                {{0.0, -1.0, 0.0}, Face::right, Face::left, 0.0, size.z()},
+                                {{1.0, 0.0, 0.0}, Face::front, Face::rear, 0.0, size.z()},
+                                {{-1.0, 0.0, 0.0}, Face::rear, Face::front, 0.0, size.z()}};
+  for (const Case& c : cases) {
+    const Vector3d away = (size.dot(c.towards.cwiseAbs()) + 0.01) * c.towards;
+    Train train(s, {at(kAloft), at(kAloft + away, Matrix3d::Identity(), -c.towards)});
+    train.to(0.05);
+    ASSERT_EQ(train.incidents().impacts.size(), 1U);
+    const model::Impact& hit = train.incidents().impacts[0];
+    EXPECT_EQ(hit.face_a, c.a);
+    EXPECT_EQ(hit.face_b, c.b);
+    EXPECT_GT(hit.z, floor + c.low - 0.02) << model::to_string(c.a);
+    EXPECT_LT(hit.z, floor + c.high + 0.02) << model::to_string(c.a);
+  }
+}
+
 // Whole runs
 
 inputs::Scenario everything(int cars, double step) {

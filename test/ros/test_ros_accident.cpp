@@ -103,7 +103,7 @@ TEST_F(Accident, ImpactsAreThoseThatTheModelNoted) {
   for (std::size_t i = 0; i < expected.size(); ++i) {
     const Impact& a = m.impacts[i];
     const model::Impact& e = expected[i];
-    EXPECT_TRUE(a.time == e.time && a.end == e.end && a.x == e.x && a.y == e.y) << i;
+    EXPECT_TRUE(a.time == e.time && a.end == e.end && a.x == e.x && a.y == e.y && a.z == e.z) << i;
     EXPECT_TRUE(a.car_a == e.car_a + 1 && a.car_b == e.car_b + 1) << i;
     EXPECT_TRUE(a.face_a == faces.at(e.face_a) && a.face_b == faces.at(e.face_b)) << i;
     EXPECT_TRUE(a.along_a == e.along_a && a.along_b == e.along_b) << i;

@@ -291,7 +291,7 @@ TEST(EventDetector, SaysWhatDerailedACarAndWhatBrokeACoupler) {
 }
 
 model::Impact impact(double closing_speed_normal) {
-  return {3.0, 3.5, 4, 6, model::Face::rear, model::Face::left, -8.0, 2.0, 12.0, -1.0, 9.0, closing_speed_normal,
+  return {3.0, 3.5, 4, 6, model::Face::rear, model::Face::left, -8.0, 2.0, 12.0, -1.0, 2.5, 9.0, closing_speed_normal,
           4e5, 7e6};
 }
 
@@ -314,6 +314,7 @@ TEST(Messages, ImpactsSayWhoHitWhomAndWhere) {
   EXPECT_EQ(i.along_b, 2.0);
   EXPECT_EQ(i.x, 12.0);
   EXPECT_EQ(i.y, -1.0);
+  EXPECT_EQ(i.z, 2.5);
   EXPECT_EQ(i.closing_speed, 9.0);
   EXPECT_EQ(i.closing_speed_normal, 5.0);
   EXPECT_EQ(i.impulse, 4e5);

@@ -46,10 +46,10 @@ inline constexpr std::array<std::string_view, 6> kBrokenByNames{"draft", "swing"
                                                                 "slip",  "vertical", "twist"};
 inline std::string_view to_string(BrokenCoupler::By by) { return kBrokenByNames[static_cast<std::size_t>(by)]; }
 
-/// Side of a car that is hit: the one that faces the push.
-enum class Face { front, rear, left, right };
+/// Side of a car that is hit: the one that faces the push. Top and bottom: in models of space only.
+enum class Face { front, rear, left, right, top, bottom };
 
-inline constexpr std::array<std::string_view, 4> kFaceNames{"front", "rear", "left", "right"};
+inline constexpr std::array<std::string_view, 6> kFaceNames{"front", "rear", "left", "right", "top", "bottom"};
 inline std::string_view to_string(Face face) { return kFaceNames[static_cast<std::size_t>(face)]; }
 
 /// Two bodies that come to touch. Touches of the same two cars less than 0.25 s apart are one impact.
@@ -60,6 +60,7 @@ struct Impact {
   Face face_a, face_b;          ///< which side of either car was hit, at the first touch
   double along_a, along_b;      ///< where on either car: from its centre forward [m]
   double x, y;                  ///< point of the first touch, world frame [m]
+  double z;                     ///< its height above the rails at the point of derailment; 0 in models of the plane [m]
   double closing_speed;         ///< magnitude of the relative velocity of the two bodies there [m/s]
   double closing_speed_normal;  ///< the part of it that closes the gap [m/s]
   double impulse;               ///< of the normal force, so far [N s]
