@@ -22,6 +22,7 @@ PICTURES = [
     ('wreck.png', 'config/mixed_train.yaml', 12.0, 'wreck', False),
     ('accident.png', 'config/accident.yaml', 25.0, 'wreck', True),
     ('pile_up_above.png', 'config/accident.yaml', 25.0, 'pile-up from above', True),
+    ('dads20.png', 'config/dads20.yaml', 16.0, 'wreck', True),
     ('panel.png', 'config/mixed_train.yaml', 8.5, 'whole train', False),
 ]
 SIZE = (1366, 768)

@@ -43,7 +43,7 @@ struct TableMark {
   const char* hint;
   std::array<const char*, 2> names;
 };
-constexpr std::array<TableMark, 9> kTables{{
+constexpr std::array<TableMark, 10> kTables{{
     {FileKind::other,
      "a table of predicted accidents",
      "plot_validate.py takes its folder",
@@ -53,6 +53,10 @@ constexpr std::array<TableMark, 9> kTables{{
      "a table of reports of accidents (form 6180.54)",
      "derail validate takes it",
      {"INCDTNO", "TRNSPD"}},
+    {FileKind::accidents,
+     "a table of posture in accidents",
+     "derail validate takes it",
+     {"on_side_or_over", "cars_in_train"}},
     {FileKind::other, "a table of the runs of a study", "derail report takes its folder", {"run", "replicate"}},
     {FileKind::other,
      "a table of the runs of a validation",

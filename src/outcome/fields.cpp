@@ -251,28 +251,28 @@ void add_pile_up(Fields<Outcome>& f) {
       .as_headline();
 }
 
-void add_site(Fields<Outcome>& f) {
+void add_lateral_reach(Fields<Outcome>& f) {
   f.add(
        "lateral_reach", kLength, "lateral reach",
        "Largest distance from the centre line of any corner of a car derailed or off the track.",
-       [](auto& o) -> auto& { return o.site.lateral_reach; })
+       [](auto& o) -> auto& { return o.lateral_reach.farthest; })
       .shown_when(has_pile_up)
       .in_studies()
       .as_headline();
   f.add(
        "cars_beyond_10m", kCars, "cars reaching beyond 10 m", "Cars that reach more than 10 m from the centre line.",
-       [](auto& o) -> auto& { return o.site.beyond_10; })
-      .shown_when([](const Outcome& o) { return o.site.beyond_10 > 0; })
+       [](auto& o) -> auto& { return o.lateral_reach.beyond_10; })
+      .shown_when([](const Outcome& o) { return o.lateral_reach.beyond_10 > 0; })
       .in_studies();
   f.add(
        "cars_beyond_20m", kCars, "cars reaching beyond 20 m", "Cars that reach more than 20 m from the centre line.",
-       [](auto& o) -> auto& { return o.site.beyond_20; })
-      .shown_when([](const Outcome& o) { return o.site.beyond_20 > 0; })
+       [](auto& o) -> auto& { return o.lateral_reach.beyond_20; })
+      .shown_when([](const Outcome& o) { return o.lateral_reach.beyond_20 > 0; })
       .in_studies();
   f.add(
        "cars_beyond_30m", kCars, "cars reaching beyond 30 m", "Cars that reach more than 30 m from the centre line.",
-       [](auto& o) -> auto& { return o.site.beyond_30; })
-      .shown_when([](const Outcome& o) { return o.site.beyond_30 > 0; })
+       [](auto& o) -> auto& { return o.lateral_reach.beyond_30; })
+      .shown_when([](const Outcome& o) { return o.lateral_reach.beyond_30 > 0; })
       .in_studies();
 }
 
@@ -381,7 +381,7 @@ const Fields<Outcome>& outcome_fields() {
     add_closing(f);
     add_couplers(f);
     add_pile_up(f);
-    add_site(f);
+    add_lateral_reach(f);
     add_posture(f);
     add_energy(f);
     add_run(f);

@@ -258,12 +258,12 @@ double Monitor::lateral_reach(const double* y, Eigen::Index car) const {
   return reach;
 }
 
-void Monitor::report_site(const double* y, Outcome& o) const {
-  o.site = {};
+void Monitor::report_cars_off(const double* y, Outcome& o) const {
+  o.lateral_reach = {};
   std::vector<Standing> standing;
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
     if (!model_.derailed(k) && !off_track(k)) continue;
-    o.site.add_reach(lateral_reach(y, k));
+    o.lateral_reach.add(lateral_reach(y, k));
     if (const auto attitude = model_.attitude(y, k)) standing.push_back({model_.footprint(y, k), *attitude});
   }
   o.posture = posture(standing);
@@ -324,7 +324,7 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
     o.cars_off_track += off_track(k) ? 1 : 0;
   }
   o.pile_up = pile_up(y);
-  report_site(y, o);
+  report_cars_off(y, o);
   o.closing_speed_max = closing_;
   o.touches = static_cast<int>(touches_.size());
   o.relative_speed_max = relative_;

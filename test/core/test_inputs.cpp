@@ -105,7 +105,8 @@ TEST(Inputs, ShippedFilesShowEveryKey) {
   std::string text;  // the paper's keys stand in the first, those of the parts beyond it in the others
   for (const std::string& path :
        {std::string(kBaseline), std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/accident.yaml",
-        std::string(TRAIN_DERAIL_SOURCE_DIR) + "/docs/accident_model.md"}) {
+        std::string(TRAIN_DERAIL_SOURCE_DIR) + "/docs/accident_model.md",
+        std::string(TRAIN_DERAIL_SOURCE_DIR) + "/docs/spatial_model.md"}) {
     std::ifstream file(path);
     ASSERT_TRUE(file) << path;
     text.append((std::istreambuf_iterator<char>(file)), {});

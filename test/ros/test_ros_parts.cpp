@@ -195,6 +195,25 @@ TEST(Frames, NumbersHaveThreeDigitsAtLeast) {
   EXPECT_EQ(frames.car(1000), "a/car_1000");
 }
 
+TEST(Frames, OfACarRollsWithIt) {
+  // On its right side: what was above the rails is now to the right, as far.
+  std::vector<model::Car> train(1);
+  train[0].centre_height = 2.0;
+  simulation::CarSnapshot car;
+  car.x = 10.0;
+  car.y = 5.0;
+  car.z = -0.5;  // its centre of mass is 1.5 m above the top of the rails
+  car.qx = car.qw = std::sqrt(0.5);
+  const geometry_msgs::Transform t = to_transforms(train, {car}, {}, {}).transforms.at(0).transform;
+  EXPECT_NEAR(t.translation.x, 10.0, 1e-12);
+  EXPECT_NEAR(t.translation.y, 5.0 + 2.0, 1e-12) << "the wheels point to the left";
+  EXPECT_NEAR(t.translation.z, 1.5, 1e-12);
+  EXPECT_EQ(t.rotation.x, car.qx);
+  car.qx = 0.0;
+  car.qw = 1.0;
+  EXPECT_EQ(to_transforms(train, {car}, {}, {}).transforms.at(0).transform.translation.z, car.z);
+}
+
 simulation::CarSnapshot car(double x, bool past_pod, bool off_track) {
   simulation::CarSnapshot car;
   car.x = x;

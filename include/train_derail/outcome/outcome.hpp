@@ -95,14 +95,14 @@ inline constexpr double kOnTop = 1.5;
 
 /// How far the cars that have derailed or are off the track reach from the centre line: what setbacks and crash walls
 /// are judged by.
-struct Site {
-  double lateral_reach = 0.0;  ///< of the farthest corner of any footprint [m]
+struct LateralReach {
+  double farthest = 0.0;  ///< of the farthest corner of any footprint [m]
   /// Cars that reach farther than 10, 20 and 30 m.
   int beyond_10 = 0, beyond_20 = 0, beyond_30 = 0;
 
   /// Adds a car that reaches so far [m].
-  void add_reach(double reach) {
-    lateral_reach = reach > lateral_reach ? reach : lateral_reach;
+  void add(double reach) {
+    farthest = reach > farthest ? reach : farthest;
     beyond_10 += reach > 10.0 ? 1 : 0;
     beyond_20 += reach > 20.0 ? 1 : 0;
     beyond_30 += reach > 30.0 ? 1 : 0;
@@ -142,7 +142,7 @@ struct Outcome {
   PeakForce coupler_draft_peak;      ///< largest tension
   double stop_time = 0.0;            ///< simulated time at the end, or so far [s]
   PileUp pile_up;
-  Site site;
+  LateralReach lateral_reach;
   Posture posture;
   int couplers_broken = 0;  ///< couplers that broke, by draft force, swing or moment
   Impacts impacts;

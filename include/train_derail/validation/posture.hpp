@@ -31,10 +31,10 @@ PostureShares shares(const std::vector<PostureCount>& counts);
 
 /// One range of speeds, real and predicted.
 struct PostureBand {
-  double from = 0.0,        ///< speeds above this [mph]
-      to = 0.0;             ///< up to this [mph]
-  PostureShares real,       ///< of the accidents
-      predicted;            ///< of the members of their ensembles
+  double from = 0.0,   ///< speeds above this [mph]
+      to = 0.0;        ///< up to this [mph]
+  PostureShares real,  ///< of the accidents
+      predicted;       ///< of the members of their ensembles
 };
 /// Bands up to 10, 20, 30, 40 mph and above, those with real accidents; the last one is all speeds.
 std::vector<PostureBand> by_band(const std::vector<PostureCount>& real, const std::vector<PostureCount>& predicted);
