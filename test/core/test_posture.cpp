@@ -26,10 +26,10 @@ Standing standing(double x, double tilt, double height = 2.6, double lowest = 1.
 }
 
 TEST(Posture, CountsByTheAngle) {
-  const outcome::Posture p = outcome::posture({standing(0, 0.0), standing(100, 9.9 * kDegree),
-                                               standing(200, 10.1 * kDegree), standing(300, 44.9 * kDegree),
-                                               standing(400, 45.1 * kDegree), standing(500, 134.9 * kDegree),
-                                               standing(600, 135.1 * kDegree), standing(700, 180.0 * kDegree)});
+  const outcome::Posture p =
+      outcome::posture({standing(0, 0.0), standing(100, 9.9 * kDegree), standing(200, 10.1 * kDegree),
+                        standing(300, 44.9 * kDegree), standing(400, 45.1 * kDegree), standing(500, 134.9 * kDegree),
+                        standing(600, 135.1 * kDegree), standing(700, 180.0 * kDegree)});
   EXPECT_EQ(p.upright, 2);
   EXPECT_EQ(p.leaning, 2);
   EXPECT_EQ(p.on_side, 2);

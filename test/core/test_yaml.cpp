@@ -201,7 +201,7 @@ TEST(Yaml, WhatOneOfTheReadersRefusesIsRefused) {
   EXPECT_EQ(
       refusal("? [a, b]\n: 5\n" + kTrain),
       "file:1: [a, b] = '5': unknown key; allowed: brakes, consist, contact, coupler, ground, initial, model, outcome, "
-      "output, rails, solver, stop, title, track");
+      "output, rails, solver, stop, suspension, terrain, title, track");
   EXPECT_EQ(refusal("title: ~\n" + kTrain), "file:1: title = 'nothing': the value is missing; allowed: text");
   EXPECT_EQ(refusal("title:\n" + kTrain), "file:1: title = 'nothing': the value is missing; allowed: text");
 }
