@@ -30,7 +30,6 @@ using BodyForces = SimTK::Vector_<SimTK::SpatialVec>;
 
 /// Where a truck is.
 enum class Stand : char { on_rails, off_rails, lost };
-using Stands = SimTK::Array_<Stand>;
 
 /// Ground beside a straight track at y: its height, and the way up that the slope of its energy points to.
 struct GroundAt {
@@ -46,72 +45,76 @@ GroundAt ground_at(const inputs::Terrain& t, double y) {
   return {-t.rail_height - slope * outside, Vec3(0.0, y > 0.0 ? slope : -slope, 1.0)};
 }
 
-/// Everything between the cars and the ground: springs and dampers under both sides of trucks, rails sideways, and
-/// corners of bodies.
+double critical_damping(double stiffness, double mass) { return 2.0 * std::sqrt(stiffness * mass); }
+
+/// Everything between a car and the ground: springs and dampers under both sides of its trucks, rails sideways, and
+/// corners of its body.
 class Support final : public SimTK::Force::Custom::Implementation {
  public:
-  struct Point {
-    MobilizedBody body;
-    int truck;  // counted through the train; -1: of the body
-    Vec3 station;
-    Vec3 lever;  // where the forces act; the station but for a mistake that is put in
-    double stiffness, damping;
-    double reach;  // how far below the station it is without load [m]
-  };
-  struct Truck {
-    MobilizedBody body;
-    Vec3 station, lever;
-    double rail_damping;
-    std::array<std::size_t, 2> sides;  // points
-  };
-
-  Support(const inputs::Scenario& s, const SimTK::GeneralForceSubsystem& forces, double settle_time,
-          std::vector<Point> points, std::vector<Truck> trucks, std::vector<double> ground_damping)
+  Support(const inputs::Scenario& s, const model::Car& car, const MobilizedBody& body,
+          const SimTK::GeneralForceSubsystem& forces, const SpatialEngineOptions& o)
       : scenario_(s),
+        body_(body),
         forces_(forces),
-        settle_time_(settle_time),
-        points_(std::move(points)),
-        trucks_(std::move(trucks)),
-        ground_damping_(std::move(ground_damping)) {}
+        settle_time_(o.settle_time),
+        lever_sign_(o.fault == SpatialFault::centre_below_rail ? -1.0 : 1.0),
+        rail_damping_(s.rails.damping_ratio * critical_damping(s.rails.stiffness, 0.5 * car.mass)),
+        ground_damping_(s.terrain.body_damping_ratio * critical_damping(s.terrain.body_stiffness, 0.25 * car.mass)) {
+    const inputs::Suspension& spring = s.suspension;
+    for (const int truck : {0, 1}) {
+      const Vec3 middle((truck == 0 ? 0.5 : -0.5) * car.truck_spacing, 0.0, -car.centre_height);
+      trucks_.push_back(middle);
+      for (const double side : {1.0, -1.0}) {
+        points_.push_back({truck, middle + Vec3(0.0, side * spring.half_base, 0.0), spring.stiffness,
+                           spring.damping_ratio * critical_damping(spring.stiffness, 0.25 * car.mass),
+                           0.25 * car.mass * inputs::kStandardGravity / spring.stiffness});
+      }
+    }
+    for (const double x : {-0.5, 0.0, 0.5}) {
+      for (const double y : {-0.5, 0.5}) {
+        for (const double z : {car.floor_height, car.roof_height}) {
+          const Vec3 corner(x * car.length, y * car.width, z - car.centre_height);
+          points_.push_back({kBody, corner, s.terrain.body_stiffness, ground_damping_, 0.0});
+        }
+      }
+    }
+  }
 
   /// An error of a strain counts a hundredth of one of a place: it is forgotten within settle_time.
   void set_weights(State& state) const { state.updZWeights(forces_.getMySubsystemIndex()) = 0.01; }
 
-  std::size_t truck_count() const { return trucks_.size(); }
-
   void realizeTopology(State& state) const override {
-    stands_ = forces_.allocateDiscreteVariable(
-        state, Stage::Dynamics,
-        new SimTK::Value<Stands>(Stands(static_cast<unsigned>(trucks_.size()), Stand::on_rails)));
+    stands_ = forces_.allocateDiscreteVariable(state, Stage::Dynamics, new SimTK::Value<Stands>(Stands()));
     const SimTK::Vector none(static_cast<int>(3 * points_.size()), 0.0);
     strains_ = forces_.allocateZ(state, none);
     strain_rates_ = forces_.allocateCacheEntry(state, Stage::Dynamics, new SimTK::Value<SimTK::Vector>(none));
   }
 
-  Stand stand(const State& state, std::size_t truck) const {
-    return SimTK::Value<Stands>::downcast(forces_.getDiscreteVariable(state, stands_))
-        .get()[static_cast<unsigned>(truck)];
-  }
+  Stand stand(const State& state, std::size_t truck) const { return stands(state).of[truck]; }
   void set_stand(State& state, std::size_t truck, Stand stand) const {
-    SimTK::Value<Stands>::updDowncast(forces_.updDiscreteVariable(state, stands_)).upd()[static_cast<unsigned>(truck)] =
-        stand;
+    SimTK::Value<Stands>::updDowncast(forces_.updDiscreteVariable(state, stands_)).upd().of[truck] = stand;
   }
 
   void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
-    SimTK::Vector& rate = SimTK::Value<SimTK::Vector>::updDowncast(forces_.updCacheEntry(state, strain_rates_)).upd();
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      const Touch t = touch(state, i);
-      for (int c = 0; c < 3; ++c) rate[static_cast<int>(3 * i) + c] = t.strain_rate[c];
-      points_[i].body.applyForceToBodyPoint(state, points_[i].lever, t.force, forces);
+    const Moving car = moving(state);
+    const Stands& stand = stands(state);
+    const Real* strain = &forces_.getZ(state)[strains_];
+    Real* rate = &SimTK::Value<SimTK::Vector>::updDowncast(forces_.updCacheEntry(state, strain_rates_)).upd()[0];
+    SimTK::SpatialVec sum(Vec3(0.0), Vec3(0.0));
+    for (const Point& p : points_) {
+      const Touch t = touch(car, stand, p, Vec3(strain[0], strain[1], strain[2]));
+      for (int c = 0; c < 3; ++c) rate[c] = t.strain_rate[c];
+      strain += 3;
+      rate += 3;
+      pull_at(sum, car, p.station, p.truck, t.force);
     }
     for (std::size_t i = 0; i < trucks_.size(); ++i) {
-      if (stand(state, i) != Stand::on_rails) continue;
-      const Truck& truck = trucks_[i];
-      const double aside = truck.body.findStationLocationInGround(state, truck.station)[1],
-                   rate = truck.body.findStationVelocityInGround(state, truck.station)[1];
-      const Vec3 held(0.0, -scenario_.rails.stiffness * aside - truck.rail_damping * rate, 0.0);
-      truck.body.applyForceToBodyPoint(state, truck.lever, held, forces);
+      if (stand.of[i] != Stand::on_rails) continue;
+      const double held =
+          -scenario_.rails.stiffness * car.place(trucks_[i])[1] - rail_damping_ * car.velocity(trucks_[i])[1];
+      pull_at(sum, car, trucks_[i], static_cast<int>(i), Vec3(0.0, held, 0.0));
     }
+    forces[body_.getMobilizedBodyIndex()] += sum;
   }
   Real calcPotentialEnergy(const State&) const override { return 0.0; }
 
@@ -123,26 +126,54 @@ class Support final : public SimTK::Force::Custom::Implementation {
 
   /// Positive while a truck off the rails stays with its body.
   double holds_on(const State& state, std::size_t truck) const {
-    const double upright = trucks_[truck].body.getBodyRotation(state).z()[2];
-    double most = upright - std::cos(scenario_.suspension.part_angle);
-    for (const std::size_t i : trucks_[truck].sides) most = std::max(most, pressing(state, i).push);
+    const Moving car = moving(state);
+    double most = car.frame.R().z()[2] - std::cos(scenario_.suspension.part_angle);
+    for (const Point& p : points_)
+      if (p.truck == static_cast<int>(truck)) most = std::max(most, pressing(car, p, false).push);
     return most;
   }
-  double along_track(const State& state, std::size_t truck) const {
-    return trucks_[truck].body.findStationLocationInGround(state, trucks_[truck].station)[0];
-  }
+  double along_track(const State& state, std::size_t truck) const { return moving(state).place(trucks_[truck])[0]; }
 
  private:
+  static constexpr int kBody = -1;
+  struct Point {
+    int truck;  // or kBody
+    Vec3 station;
+    double stiffness, damping;
+    double reach;  // how far below the station it is without load [m]
+  };
+  struct Stands {
+    std::array<Stand, 2> of{Stand::on_rails, Stand::on_rails};
+  };
+  friend std::ostream& operator<<(std::ostream& out, const Stands& s) {
+    return out << static_cast<int>(s.of[0]) << ' ' << static_cast<int>(s.of[1]);
+  }
+
+  struct Moving {
+    const Transform& frame;
+    const SimTK::SpatialVec& rates;
+    Vec3 arm(const Vec3& station) const { return frame.R() * station; }
+    Vec3 place(const Vec3& station) const { return frame.p() + arm(station); }
+    Vec3 velocity(const Vec3& station) const { return rates[1] + SimTK::cross(rates[0], arm(station)); }
+  };
+  Moving moving(const State& state) const { return {body_.getBodyTransform(state), body_.getBodyVelocity(state)}; }
+  const Stands& stands(const State& state) const {
+    return SimTK::Value<Stands>::downcast(forces_.getDiscreteVariable(state, stands_)).get();
+  }
+
+  void pull_at(SimTK::SpatialVec& sum, const Moving& car, Vec3 station, int truck, const Vec3& force) const {
+    if (truck != kBody) station[2] *= lever_sign_;
+    sum[0] += SimTK::cross(car.arm(station), force);
+    sum[1] += force;
+  }
+
   struct Pressing {
     double push;  // along `up`; none below zero
     Vec3 up, velocity;
   };
-  Pressing pressing(const State& state, std::size_t i) const {
-    const Point& p = points_[i];
-    const Vec3 place = p.body.findStationLocationInGround(state, p.station);
-    const Vec3 velocity = p.body.findStationVelocityInGround(state, p.station);
-    const bool rail = p.truck >= 0 && stand(state, static_cast<std::size_t>(p.truck)) == Stand::on_rails;
-    const GroundAt g = rail ? GroundAt{0.0, Vec3(0.0, 0.0, 1.0)} : ground_at(scenario_.terrain, place[1]);
+  Pressing pressing(const Moving& car, const Point& p, bool on_rails) const {
+    const Vec3 place = car.place(p.station), velocity = car.velocity(p.station);
+    const GroundAt g = on_rails ? GroundAt{0.0, Vec3(0.0, 0.0, 1.0)} : ground_at(scenario_.terrain, place[1]);
     const double spring = p.stiffness * (p.reach + g.height - place[2]);
     // A wheel that has left the ground is not held back by its damper.
     return {spring > 0.0 ? spring - p.damping * SimTK::dot(velocity, g.up) : spring, g.up, velocity};
@@ -150,26 +181,23 @@ class Support final : public SimTK::Force::Custom::Implementation {
 
   /// A point's force, and how fast friction strains the ground under it.
   struct Touch {
-    Vec3 force{0.0}, strain_rate{0.0};
+    Vec3 force, strain_rate;
   };
-  Touch touch(const State& state, std::size_t i) const {
-    const Point& p = points_[i];
-    const Vec3 strain = strain_of(state, i);
-    const Stand stand_of = p.truck >= 0 ? stand(state, static_cast<std::size_t>(p.truck)) : Stand::off_rails;
-    Touch t;
-    t.strain_rate = -strain / settle_time_;  // without a touch it is forgotten
-    if (stand_of == Stand::lost) return t;
-    const Pressing press = pressing(state, i);
+  Touch touch(const Moving& car, const Stands& stands, const Point& p, const Vec3& strain) const {
+    const Stand stand = p.truck == kBody ? Stand::off_rails : stands.of[static_cast<std::size_t>(p.truck)];
+    Touch t{Vec3(0.0), -strain / settle_time_};  // without a touch it is forgotten
+    if (stand == Stand::lost) return t;
+    const Pressing press = pressing(car, p, stand == Stand::on_rails);
     if (press.push <= 0.0) return t;
     t.force = press.push * press.up;
-    if (stand_of == Stand::on_rails) return t;  // brakes are not part of this engine
+    if (stand == Stand::on_rails) return t;  // brakes are not part of this engine
     const double load = t.force.norm();
     const Vec3 normal = press.up / press.up.norm();
     const Vec3 slip = press.velocity - SimTK::dot(press.velocity, normal) * normal;
     const Vec3 along = strain - SimTK::dot(strain, normal) * normal;
     const double stiffness = scenario_.terrain.body_stiffness;
-    const Vec3 pull = -stiffness * along - ground_damping_[i] * slip;
-    const double most = friction(state, p, pull) * load, size = pull.norm();
+    const Vec3 pull = -stiffness * along - ground_damping_ * slip;
+    const double most = friction(car, p, pull) * load, size = pull.norm();
     if (size <= most) {
       t.force += pull;
       t.strain_rate = slip - (strain - along) / settle_time_;
@@ -181,34 +209,28 @@ class Support final : public SimTK::Force::Custom::Implementation {
     return t;
   }
 
-  Vec3 strain_of(const State& state, std::size_t i) const {
-    const SimTK::Vector& z = forces_.getZ(state);
-    const int first = strains_ + static_cast<int>(3 * i);
-    return {z[first], z[first + 1], z[first + 2]};
-  }
-
   /// Coefficient of friction of a point that is pulled that way.
-  double friction(const State& state, const Point& p, const Vec3& pull) const {
-    if (p.truck < 0) return scenario_.terrain.body_friction;
+  double friction(const Moving& car, const Point& p, const Vec3& pull) const {
+    if (p.truck == kBody) return scenario_.terrain.body_friction;
     const inputs::Ground& g = scenario_.ground;
     if (g.off_track_law == inputs::OffTrackLaw::coulomb) return g.off_track_friction;
     const auto share = [](double x) { return std::min(std::max(x, 0.0), 1.0); };
-    const double across = std::abs(SimTK::dot(pull, p.body.getBodyRotation(state).y().asVec3()));
+    const double across = std::abs(SimTK::dot(pull, car.frame.R().y().asVec3()));
     const double turned = pull.norm() > 0.0 ? share(across / pull.norm() / g.slip_ratio) : 0.0;
-    const Truck& truck = trucks_[static_cast<std::size_t>(p.truck)];
-    const double aside = std::abs(truck.body.findStationLocationInGround(state, truck.station)[1]);
+    const double aside = std::abs(car.place(trucks_[static_cast<std::size_t>(p.truck)])[1]);
     const double gauge = 1.435;  // m
     const double broadside =
         std::max(turned * turned * (3.0 - 2.0 * turned), share((aside - 0.5 * gauge) / g.far_distance));
     return g.in_line_friction + broadside * (g.broadside_friction - g.in_line_friction);
   }
 
-  const inputs::Scenario scenario_;
+  const inputs::Scenario& scenario_;
+  const MobilizedBody body_;
   const SimTK::GeneralForceSubsystem& forces_;
-  const double settle_time_;
-  const std::vector<Point> points_;
-  const std::vector<Truck> trucks_;
-  const std::vector<double> ground_damping_;  // of each point
+  const double settle_time_, lever_sign_;  // -1: a mistake is put in
+  const double rail_damping_, ground_damping_;
+  std::vector<Point> points_;
+  std::vector<Vec3> trucks_;  // middles at the top of the rails
   mutable SimTK::DiscreteVariableIndex stands_;
   mutable SimTK::ZIndex strains_;
   mutable SimTK::CacheEntryIndex strain_rates_;  // found with the forces
@@ -386,16 +408,17 @@ class SimbodyInSpace final : public SpatialEngineRun {
     forces_.setNumberOfThreads(1);
     build(o);
     State state = system_.realizeTopology();
-    support_->set_weights(state);
+    supports_.front()->set_weights(state);  // of all
     for (std::size_t k = 0; k < train_.size(); ++k) {
       const FreeMotion& m = start[k];
       const SimTK::Mat33 axes(from_eigen(m.axes.col(0)), from_eigen(m.axes.col(1)), from_eigen(m.axes.col(2)));
       bodies_[k].setQToFitTransform(state, Transform(Rotation(axes), from_eigen(m.centre)));
       bodies_[k].setUToFitVelocity(state, SimTK::SpatialVec(from_eigen(m.rotation), from_eigen(m.velocity)));
     }
-    system_.realize(state, Stage::Position);
-    for (std::size_t truck = 0; truck < support_->truck_count(); ++truck) {
-      if (support_->along_track(state, truck) >= 0.0) support_->set_stand(state, truck, Stand::off_rails);
+    system_.realize(state, Stage::Velocity);
+    for (const Support* support : supports_) {
+      for (const std::size_t truck : {0U, 1U})
+        if (support->along_track(state, truck) >= 0.0) support->set_stand(state, truck, Stand::off_rails);
     }
     integrator_.setAccuracy(o.accuracy);
     stepper_.initialize(state);
@@ -422,55 +445,18 @@ class SimbodyInSpace final : public SpatialEngineRun {
  private:
   void build(const SpatialEngineOptions& o) {
     SimTK::Force::Gravity(forces_, matter_, Vec3(0.0, 0.0, -inputs::kStandardGravity));
-    std::vector<Support::Point> points;
-    std::vector<Support::Truck> trucks;
-    std::vector<double> ground_damping;
-    const inputs::Suspension& suspension = scenario_.suspension;
-    const inputs::Terrain& terrain = scenario_.terrain;
-    const auto critical = [](double stiffness, double mass) { return 2.0 * std::sqrt(stiffness * mass); };
     for (const model::Car& car : train_) {
-      // The bar of a long car: the same about the vertical and the lateral axis.
+      // As of a bar: the same about the lateral and the vertical axis.
       const SimTK::MassProperties mass(car.mass, Vec3(0.0),
                                        SimTK::Inertia(car.roll_inertia, car.yaw_inertia, car.yaw_inertia));
       const MobilizedBody& body = bodies_.emplace_back(matter_.updGround(), SimTK::Body::Rigid(mass));
-      const double quarter = 0.25 * car.mass;
-      const double held_back = terrain.body_damping_ratio * critical(terrain.body_stiffness, quarter);
-      const auto lever = [&](const Vec3& station) {
-        return o.fault == SpatialFault::centre_below_rail ? Vec3(station[0], station[1], -station[2]) : station;
-      };
-      for (const double end : {0.5, -0.5}) {
-        const Vec3 middle(end * car.truck_spacing, 0.0, -car.centre_height);
-        const auto truck = static_cast<int>(trucks.size());
-        trucks.push_back({body,
-                          middle,
-                          lever(middle),
-                          scenario_.rails.damping_ratio * critical(scenario_.rails.stiffness, 0.5 * car.mass),
-                          {points.size(), points.size() + 1}});
-        for (const double side : {1.0, -1.0}) {
-          const Vec3 station = middle + Vec3(0.0, side * suspension.half_base, 0.0);
-          points.push_back({body, truck, station, lever(station), suspension.stiffness,
-                            suspension.damping_ratio * critical(suspension.stiffness, quarter),
-                            quarter * inputs::kStandardGravity / suspension.stiffness});
-          ground_damping.push_back(held_back);
-        }
+      auto support = std::make_unique<Support>(scenario_, car, body, forces_, o);
+      supports_.push_back(support.get());
+      SimTK::Force::Custom(forces_, support.release());
+      for (const std::size_t truck : {0U, 1U}) {
+        system_.addEventHandler(new TruckLeaves(*supports_.back(), truck, Stand::on_rails, Stand::off_rails));
+        system_.addEventHandler(new TruckLeaves(*supports_.back(), truck, Stand::off_rails, Stand::lost));
       }
-      for (const double x : {-0.5, 0.0, 0.5}) {
-        for (const double y : {-0.5, 0.5}) {
-          for (const double z : {car.floor_height, car.roof_height}) {
-            const Vec3 corner(x * car.length, y * car.width, z - car.centre_height);
-            points.push_back({body, -1, corner, corner, terrain.body_stiffness, held_back, 0.0});
-            ground_damping.push_back(held_back);
-          }
-        }
-      }
-    }
-    auto support = std::make_unique<Support>(scenario_, forces_, o.settle_time, std::move(points), std::move(trucks),
-                                             std::move(ground_damping));
-    support_ = support.get();
-    SimTK::Force::Custom(forces_, support.release());
-    for (std::size_t truck = 0; truck < support_->truck_count(); ++truck) {
-      system_.addEventHandler(new TruckLeaves(*support_, truck, Stand::on_rails, Stand::off_rails));
-      system_.addEventHandler(new TruckLeaves(*support_, truck, Stand::off_rails, Stand::lost));
     }
     const inputs::Coupler& law = scenario_.coupler;
     const double first_stiffness = law.draft_gear_travel > 0.0 ? law.draft_gear_stiffness : law.stiffness;
@@ -480,7 +466,7 @@ class SimbodyInSpace final : public SpatialEngineRun {
           front(0.5 * b.length, 0.0, law.height - b.centre_height);
       const double both = a.mass * b.mass / (a.mass + b.mass);
       SimTK::Force::Custom(
-          forces_, new SpatialBar(law, law.damping_ratio * critical(first_stiffness, both),
+          forces_, new SpatialBar(law, law.damping_ratio * critical_damping(first_stiffness, both),
                                   o.fault != SpatialFault::no_roll_stop, bodies_[k - 1], rear, bodies_[k], front));
     }
     if (o.fault == SpatialFault::gyroscopic_sign)
@@ -493,7 +479,7 @@ class SimbodyInSpace final : public SpatialEngineRun {
   SimTK::SimbodyMatterSubsystem matter_;
   SimTK::GeneralForceSubsystem forces_;
   std::vector<MobilizedBody::Free> bodies_;
-  const Support* support_ = nullptr;  // the force subsystem owns it
+  std::vector<const Support*> supports_;  // the force subsystem owns them
   SimTK::RungeKuttaMersonIntegrator integrator_;
   SimTK::TimeStepper stepper_;
 };
