@@ -239,9 +239,10 @@ class Support final : public SimTK::Force::Custom::Implementation {
 /// Draft gear, damper and stops of a coupler.
 class SpatialBar final : public SimTK::Force::Custom::Implementation {
  public:
-  SpatialBar(const inputs::Coupler& law, double damping, bool roll_stop, const MobilizedBody& ahead,
-             const Vec3& rear_pin, const MobilizedBody& behind, const Vec3& front_pin)
+  SpatialBar(const inputs::Coupler& law, const SimTK::GeneralForceSubsystem& forces, double damping, bool roll_stop,
+             const MobilizedBody& ahead, const Vec3& rear_pin, const MobilizedBody& behind, const Vec3& front_pin)
       : law_(law),
+        forces_(forces),
         damping_(damping),
         roll_stop_(roll_stop),
         ahead_(ahead),
@@ -249,22 +250,65 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
         rear_pin_(rear_pin),
         front_pin_(front_pin) {}
 
+  void realizeTopology(State& state) const override {
+    broken_ = forces_.allocateDiscreteVariable(state, Stage::Dynamics, new SimTK::Value<bool>(false));
+  }
+  bool broken(const State& state) const {
+    return SimTK::Value<bool>::downcast(forces_.getDiscreteVariable(state, broken_)).get();
+  }
+  void part(State& state) const {
+    SimTK::Value<bool>::updDowncast(forces_.updDiscreteVariable(state, broken_)).upd() = true;
+  }
+
   void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
-    const Vec3 between =
-        ahead_.findStationLocationInGround(state, rear_pin_) - behind_.findStationLocationInGround(state, front_pin_);
-    const Vec3 parting =
-        ahead_.findStationVelocityInGround(state, rear_pin_) - behind_.findStationVelocityInGround(state, front_pin_);
-    const double length = between.norm(), rate = SimTK::dot(parting, between) / length;
-    const Vec3 push = axial(length, rate) / length * between;
+    if (broken(state)) return;
+    const Vec3 push = axial(state);
     ahead_.applyForceToBodyPoint(state, rear_pin_, push, forces);
     behind_.applyForceToBodyPoint(state, front_pin_, -push, forces);
-    apply_stops(state, forces);
+    const Stops s = stops(ahead_.getBodyTransform(state), behind_.getBodyTransform(state));
+    ahead_.applyForceToBodyPoint(state, Vec3(0.0), s.force, forces);
+    ahead_.applyBodyTorque(state, s.on_ahead, forces);
+    behind_.applyForceToBodyPoint(state, Vec3(0.0), -s.force, forces);
+    behind_.applyBodyTorque(state, s.on_behind, forces);
+  }
+
+  /// Positive while nothing breaks the coupler: how far it is from its nearest limit, as a share of the limit.
+  double holds(const State& state) const {
+    const Transform &ahead = ahead_.getBodyTransform(state), &behind = behind_.getBodyTransform(state);
+    const Vec3 between = ahead * rear_pin_ - behind * front_pin_;
+    double moments = 0.0, swing = 0.0, rise = 0.0;
+    for (const Transform* body : {&ahead, &behind}) {
+      const Vec3 seen = ~body->R() * between;
+      const double yaw = std::atan2(seen[1], seen[0]), beyond = std::abs(yaw) - law_.swing_limit;
+      const double moment = std::min(law_.swing_stiffness * std::max(beyond, 0.0), law_.swing_moment_max);
+      moments += yaw > 0.0 ? moment : -moment;
+      swing = std::max(swing, std::abs(yaw));
+      rise += 0.5 * seen[2];
+    }
+    const double twist = law_.roll_stiffness * std::max(roll(ahead, behind) - law_.roll_limit, 0.0);
+    const double pulled = -SimTK::dot(axial(state), between) / between.norm();
+    const double shares[] = {pulled / law_.break_draft,
+                             swing / law_.break_swing,
+                             std::abs(moments) / law_.break_moment,
+                             std::abs(rise) / law_.slip_height,
+                             std::abs(stops(ahead, behind).force[2]) / law_.vertical_hold,
+                             twist / law_.break_twist};
+    return 1.0 - *std::max_element(std::begin(shares), std::end(shares));
   }
   Real calcPotentialEnergy(const State&) const override { return 0.0; }
 
  private:
+  /// Force on the car ahead.
+  Vec3 axial(const State& state) const {
+    const Vec3 between =
+        ahead_.findStationLocationInGround(state, rear_pin_) - behind_.findStationLocationInGround(state, front_pin_);
+    const Vec3 parting =
+        ahead_.findStationVelocityInGround(state, rear_pin_) - behind_.findStationVelocityInGround(state, front_pin_);
+    const double length = between.norm();
+    return buff(length, SimTK::dot(parting, between) / length) / length * between;
+  }
   /// Buff positive.
-  double axial(double length, double rate) const {
+  double buff(double length, double rate) const {
     const double stretch = length - law_.length, beyond = std::abs(stretch) - 0.5 * law_.slack;
     if (beyond <= 0.0) return 0.0;
     const double gear = std::min(beyond, law_.draft_gear_travel), first = law_.draft_gear_stiffness * gear;
@@ -290,47 +334,51 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
       sum += energy(std::asin(seen[2]), law_.pitch_limit, law_.pitch_stiffness, inputs::kInfinity);
     }
     if (!roll_stop_) return sum;
-    // Roll of one car in the other: the angle between what is left of their left sides when seen along the bar.
+    return sum + energy(roll(ahead, behind), law_.roll_limit, law_.roll_stiffness, inputs::kInfinity);
+  }
+  /// Roll of one car in the other: the angle between what is left of their left sides when seen along the bar.
+  double roll(const Transform& ahead, const Transform& behind) const {
+    const Vec3 between = ahead * rear_pin_ - behind * front_pin_, along = between / between.norm();
     const auto flat = [&along](const Transform& body) {
       const Vec3 left = body.R().y().asVec3();
       return Vec3(left - SimTK::dot(left, along) * along);
     };
     const Vec3 a = flat(ahead), b = flat(behind);
-    const double roll = std::atan2(SimTK::cross(a, b).norm(), SimTK::dot(a, b));
-    return sum + energy(roll, law_.roll_limit, law_.roll_stiffness, inputs::kInfinity);
+    return std::atan2(SimTK::cross(a, b).norm(), SimTK::dot(a, b));
   }
 
   /// Forces are the slope of the energy downhill: central differences.
-  void apply_stops(const State& state, BodyForces& forces) const {
-    const Transform &ahead = ahead_.getBodyTransform(state), &behind = behind_.getBodyTransform(state);
-    if (stop_energy(ahead, behind) == 0.0) return;
+  struct Stops {
+    Vec3 force{0.0}, on_ahead{0.0}, on_behind{0.0};  // force on the car ahead; moments
+  };
+  Stops stops(const Transform& ahead, const Transform& behind) const {
+    Stops s;
+    if (stop_energy(ahead, behind) == 0.0) return s;
     constexpr double kShift = 1e-5;  // m, rad
     const auto turned = [](const Transform& body, int axis, double angle) {
       return Transform(Rotation(angle, SimTK::CoordinateAxis(axis)) * body.R(), body.p());
     };
-    Vec3 force, on_ahead, on_behind;
     for (int c = 0; c < 3; ++c) {
       const auto slope = [](double forth, double back) { return (back - forth) / (2.0 * kShift); };
       Vec3 shift(0.0);
       shift[c] = kShift;
-      force[c] = slope(stop_energy(Transform(ahead.R(), ahead.p() + shift), behind),
-                       stop_energy(Transform(ahead.R(), ahead.p() - shift), behind));
-      on_ahead[c] =
+      s.force[c] = slope(stop_energy(Transform(ahead.R(), ahead.p() + shift), behind),
+                         stop_energy(Transform(ahead.R(), ahead.p() - shift), behind));
+      s.on_ahead[c] =
           slope(stop_energy(turned(ahead, c, kShift), behind), stop_energy(turned(ahead, c, -kShift), behind));
-      on_behind[c] =
+      s.on_behind[c] =
           slope(stop_energy(ahead, turned(behind, c, kShift)), stop_energy(ahead, turned(behind, c, -kShift)));
     }
-    ahead_.applyForceToBodyPoint(state, Vec3(0.0), force, forces);
-    ahead_.applyBodyTorque(state, on_ahead, forces);
-    behind_.applyForceToBodyPoint(state, Vec3(0.0), -force, forces);
-    behind_.applyBodyTorque(state, on_behind, forces);
+    return s;
   }
 
   const inputs::Coupler law_;
+  const SimTK::GeneralForceSubsystem& forces_;
   const double damping_;
   const bool roll_stop_;
   const MobilizedBody ahead_, behind_;
   const Vec3 rear_pin_, front_pin_;
+  mutable SimTK::DiscreteVariableIndex broken_;
 };
 
 /// A mistake that is put in: twice the gyroscopic moment, so that with the right one that Simbody has its sign is
@@ -371,15 +419,27 @@ class TruckLeaves final : public SimTK::TriggeredEventHandler {
   const Stand from_, to_;
 };
 
+/// Event: a coupler breaks or slips out.
+class CouplerParts final : public SimTK::TriggeredEventHandler {
+ public:
+  explicit CouplerParts(const SpatialBar& bar) : TriggeredEventHandler(Stage::Velocity), bar_(bar) {
+    getTriggerInfo().setTriggerOnRisingSignTransition(false).setRequiredLocalizationTimeWindow(1e-6);
+  }
+  Real getValue(const State& state) const override { return bar_.broken(state) ? 1.0 : bar_.holds(state); }
+  void handleEvent(State& state, Real, bool&) const override { bar_.part(state); }
+
+ private:
+  const SpatialBar& bar_;
+};
+
 Vec3 from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Eigen::Vector3d to_eigen(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-inputs::Scenario checked(const inputs::Scenario& s, std::size_t cars) {
+inputs::Scenario checked(const inputs::Scenario& s) {
   inputs::validate(s);
   const auto refuse_if = [](bool has, const char* what) {
     if (has) throw std::invalid_argument(std::string("the multibody engine in three dimensions has no ") + what);
   };
-  const inputs::Coupler& c = s.coupler;
   refuse_if(s.model != inputs::Model::spatial, "model but spatial");
   refuse_if(s.contact.law != inputs::ContactLaw::none, "contact of bodies");
   refuse_if(!s.track.curves.empty() || s.track.grade != 0.0, "curves and grades");
@@ -389,16 +449,13 @@ inputs::Scenario checked(const inputs::Scenario& s, std::size_t cars) {
   refuse_if(s.brakes.force != 0.0 || s.brakes.rolling_resistance != 0.0, "brakes");
   refuse_if(s.rails.derail_ratio < 100.0, "limit of L/V: rails.derail_ratio must be 100 or more");
   refuse_if(s.rails.torn_length > 0.0, "torn track");
-  for (const double limit :
-       {c.break_draft, c.break_swing, c.break_moment, c.slip_height, c.vertical_hold, c.break_twist})
-    refuse_if(cars > 1 && limit < inputs::kInfinity, "couplers that break");
   return s;
 }
 
 class SimbodyInSpace final : public SpatialEngineRun {
  public:
   SimbodyInSpace(const inputs::Scenario& s, const std::vector<FreeMotion>& start, const SpatialEngineOptions& o)
-      : scenario_(checked(s, start.size())),
+      : scenario_(checked(s)),
         train_(model::expand(scenario_.consist)),
         matter_(system_),
         forces_(system_),
@@ -419,6 +476,10 @@ class SimbodyInSpace final : public SpatialEngineRun {
     for (const Support* support : supports_) {
       for (const std::size_t truck : {0U, 1U})
         if (support->along_track(state, truck) >= 0.0) support->set_stand(state, truck, Stand::off_rails);
+    }
+    for (const SpatialBar* bar : bars_) {
+      system_.realize(state, Stage::Velocity);
+      if (bar->holds(state) < 0.0) bar->part(state);
     }
     integrator_.setAccuracy(o.accuracy);
     stepper_.initialize(state);
@@ -465,9 +526,12 @@ class SimbodyInSpace final : public SpatialEngineRun {
       const Vec3 rear(-0.5 * a.length, 0.0, law.height - a.centre_height),
           front(0.5 * b.length, 0.0, law.height - b.centre_height);
       const double both = a.mass * b.mass / (a.mass + b.mass);
-      SimTK::Force::Custom(
-          forces_, new SpatialBar(law, law.damping_ratio * critical_damping(first_stiffness, both),
-                                  o.fault != SpatialFault::no_roll_stop, bodies_[k - 1], rear, bodies_[k], front));
+      auto bar =
+          std::make_unique<SpatialBar>(law, forces_, law.damping_ratio * critical_damping(first_stiffness, both),
+                                       o.fault != SpatialFault::no_roll_stop, bodies_[k - 1], rear, bodies_[k], front);
+      bars_.push_back(bar.get());
+      system_.addEventHandler(new CouplerParts(*bar));
+      SimTK::Force::Custom(forces_, bar.release());
     }
     if (o.fault == SpatialFault::gyroscopic_sign)
       SimTK::Force::Custom(forces_, new WrongGyroscope({bodies_.begin(), bodies_.end()}));
@@ -479,7 +543,8 @@ class SimbodyInSpace final : public SpatialEngineRun {
   SimTK::SimbodyMatterSubsystem matter_;
   SimTK::GeneralForceSubsystem forces_;
   std::vector<MobilizedBody::Free> bodies_;
-  std::vector<const Support*> supports_;  // the force subsystem owns them
+  std::vector<const Support*> supports_;  // the force subsystem owns these
+  std::vector<const SpatialBar*> bars_;
   SimTK::RungeKuttaMersonIntegrator integrator_;
   SimTK::TimeStepper stepper_;
 };

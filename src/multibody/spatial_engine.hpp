@@ -45,7 +45,7 @@ class SpatialEngineRun {
 };
 
 /// Starts cars of the scenario from those motions. The engine has springs and dampers of trucks, straight rails that
-/// hold, ground with banks, and couplers that do not break. Throws std::invalid_argument if the scenario has other
+/// hold, ground with banks, and couplers that break and slip. Throws std::invalid_argument if the scenario has other
 /// parts; std::runtime_error if this build has no engine.
 std::unique_ptr<SpatialEngineRun> start_spatial_engine(const inputs::Scenario& scenario,
                                                        const std::vector<FreeMotion>& start,
