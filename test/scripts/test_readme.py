@@ -53,7 +53,7 @@ class ReadmeTest(unittest.TestCase):
         self.assertEqual(read('docs', 'outcomes.md'), page)
         outcome = json.loads(derail('run', os.path.join(ROOT, 'config/baseline.yaml'), '--json', '-'))
         table = page.split('## Outcome')[1].split('\n## ')[0]
-        self.assertEqual(re.findall('^\\| `([a-z_]+)`', table, re.M), list(outcome))
+        self.assertEqual(re.findall('^\\| `([a-z0-9_]+)`', table, re.M), list(outcome))
 
     def test_commands_and_options(self):
         commands = re.findall(r'\bderail (run|check|keys|fields|study|merge|report|validate|verify)\b([^\n#]*)', self.text)
