@@ -170,7 +170,8 @@ class HardshipTest(unittest.TestCase):
             self.assertIsNone(node.poll(), kind)
             self.assertLess(len(answer.message), 5000, kind)
             self.assertNotRegex(answer.message, '[\x00-\x08\x0b-\x1f]', kind)
-            self.assertLess(seconds, 1.0, '%s, restart %d: %s' % (kind, i, answer.message[:200]))
+            # What aliases blow up would take minutes; a busy machine takes seconds.
+            self.assertLess(seconds, 30.0, '%s, restart %d: %s' % (kind, i, answer.message[:200]))
             slowest = max(slowest, seconds)
             worst = max(worst, status(node, 'VmRSS') - begin)
             self.assertLess(worst, 64 * 1024, '%s, restart %d: kB more than at the start' % (kind, i))
