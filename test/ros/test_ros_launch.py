@@ -78,6 +78,14 @@ class LaunchTest(unittest.TestCase):
         code, text = self.sim('config:=' + os.path.join(self.folder, 'none.yaml'))
         self.assertNotEqual(code, 0, text)
 
+    def test_a_base_is_found_from_the_file_that_names_it(self):
+        with open(os.path.join(self.folder, 'short.yaml'), 'w', encoding='utf-8') as f:
+            f.write("base: 'my scenario.yaml'\nstop: {time_max: 0.5}\n")
+        for config in ('short.yaml', './short.yaml', os.path.join(self.folder, 'short.yaml')):
+            code, text = self.sim('config:=' + config, program=('rosrun', 'train_derail', 'launch.py'))
+            self.assertEqual(code, 0, text)
+            self.assertIn('time limit reached', text)
+
     def test_launch_py_hands_on_the_code_of_the_node(self):
         program = ('rosrun', 'train_derail', 'launch.py')
         config = 'config:=' + self.scenario
