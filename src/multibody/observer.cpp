@@ -111,16 +111,11 @@ void Observer::report(const std::vector<BodyMotion>& motion, const std::vector<c
   o.touches = touches_;
   o.relative_speed_max = relative_;
   o.centre_speed_max = centres_;
-  o.lateral_reach = {};
   std::vector<model::Footprint> footprints;
   std::vector<bool> counted;
   for (std::size_t k = 0; k < train_.size(); ++k) {
     footprints.push_back(footprint(train_[k], motion[k]));
     counted.push_back(past[k] != 0 || off_track_[k] != 0);
-    if (!counted.back()) continue;
-    double reach = 0.0;
-    for (const Vector2& corner : footprints.back().corners()) reach = std::max(reach, std::abs(corner.y()));
-    o.lateral_reach.add(reach);
   }
   o.pile_up = outcome::pile_up(footprints, counted, [](std::size_t, const Vector2& point) {
     return model::TrackPlace{point.x(), point.y(), Vector2::UnitX()};

@@ -255,24 +255,24 @@ void add_lateral_reach(Fields<Outcome>& f) {
   f.add(
        "lateral_reach", kLength, "lateral reach",
        "Largest distance from the centre line of any corner of a car derailed or off the track.",
-       [](auto& o) -> auto& { return o.lateral_reach.farthest; })
+       [](auto& o) -> auto& { return o.pile_up.lateral_reach.farthest; })
       .shown_when(has_pile_up)
       .in_studies()
       .as_headline();
   f.add(
        "cars_beyond_10m", kCars, "cars reaching beyond 10 m", "Cars that reach more than 10 m from the centre line.",
-       [](auto& o) -> auto& { return o.lateral_reach.beyond_10; })
-      .shown_when([](const Outcome& o) { return o.lateral_reach.beyond_10 > 0; })
+       [](auto& o) -> auto& { return o.pile_up.lateral_reach.beyond_10; })
+      .shown_when([](const Outcome& o) { return o.pile_up.lateral_reach.beyond_10 > 0; })
       .in_studies();
   f.add(
        "cars_beyond_20m", kCars, "cars reaching beyond 20 m", "Cars that reach more than 20 m from the centre line.",
-       [](auto& o) -> auto& { return o.lateral_reach.beyond_20; })
-      .shown_when([](const Outcome& o) { return o.lateral_reach.beyond_20 > 0; })
+       [](auto& o) -> auto& { return o.pile_up.lateral_reach.beyond_20; })
+      .shown_when([](const Outcome& o) { return o.pile_up.lateral_reach.beyond_20 > 0; })
       .in_studies();
   f.add(
        "cars_beyond_30m", kCars, "cars reaching beyond 30 m", "Cars that reach more than 30 m from the centre line.",
-       [](auto& o) -> auto& { return o.lateral_reach.beyond_30; })
-      .shown_when([](const Outcome& o) { return o.lateral_reach.beyond_30 > 0; })
+       [](auto& o) -> auto& { return o.pile_up.lateral_reach.beyond_30; })
+      .shown_when([](const Outcome& o) { return o.pile_up.lateral_reach.beyond_30 > 0; })
       .in_studies();
 }
 

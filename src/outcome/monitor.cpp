@@ -237,16 +237,20 @@ void Monitor::sample_touches(double t, const double* y) {
   touching_.swap(now);
 }
 
-PileUp Monitor::pile_up(const double* y) const {
+void Monitor::report_pile_up(const double* y, Outcome& o) const {
   std::vector<model::Footprint> footprints;
   std::vector<bool> counted;
+  std::vector<Standing> standing;
   for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
     footprints.push_back(model_.footprint(y, k));
     counted.push_back(model_.derailed(k) || off_track(k));
+    if (!counted.back()) continue;
+    if (const auto attitude = model_.attitude(y, k)) standing.push_back({footprints.back(), *attitude});
   }
-  return outcome::pile_up(footprints, counted, [this](std::size_t car, const Vector2& point) {
+  o.pile_up = outcome::pile_up(footprints, counted, [this](std::size_t car, const Vector2& point) {
     return model_.track_place(static_cast<Eigen::Index>(car), point);
   });
+  o.posture = posture(standing);
 }
 
 double Monitor::lateral_reach(const double* y, Eigen::Index car) const {
@@ -256,17 +260,6 @@ double Monitor::lateral_reach(const double* y, Eigen::Index car) const {
     reach = std::max(reach, std::abs(model_.track_place(car, corner).offset));
   }
   return reach;
-}
-
-void Monitor::report_cars_off(const double* y, Outcome& o) const {
-  o.lateral_reach = {};
-  std::vector<Standing> standing;
-  for (Eigen::Index k = 0; k < model_.car_count(); ++k) {
-    if (!model_.derailed(k) && !off_track(k)) continue;
-    o.lateral_reach.add(lateral_reach(y, k));
-    if (const auto attitude = model_.attitude(y, k)) standing.push_back({model_.footprint(y, k), *attitude});
-  }
-  o.posture = posture(standing);
 }
 
 void Monitor::report_incidents(const model::Incidents& incidents, Outcome& o) const {
@@ -323,8 +316,7 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
     o.cars_derailed += model_.derailed(k) ? 1 : 0;
     o.cars_off_track += off_track(k) ? 1 : 0;
   }
-  o.pile_up = pile_up(y);
-  report_cars_off(y, o);
+  report_pile_up(y, o);
   o.closing_speed_max = closing_;
   o.touches = static_cast<int>(touches_.size());
   o.relative_speed_max = relative_;

@@ -28,11 +28,14 @@ PileUp pile_up(const std::vector<model::Footprint>& cars, const std::vector<bool
     const model::TrackPlace middle = place(k, f.centre);
     const double cosine = std::abs(f.axis.dot(middle.tangent));
     if (cosine < 0.5) ++p.cars_across;
+    double reach_aside = 0.0;
     for (const Vector2& c : f.corners()) {
       bg::append(corners, Point(c.x(), c.y()));
       const model::TrackPlace corner = place(k, c);
       extent.extend(Vector2(corner.s, corner.offset));
+      reach_aside = std::max(reach_aside, std::abs(corner.offset));
     }
+    p.lateral_reach.add(reach_aside);
     if (cosine >= kMainPileCosine) continue;
     const double reach = f.reach(middle.tangent);
     extents.emplace_back(middle.s - reach, middle.s + reach);

@@ -118,13 +118,20 @@ class RowReader {
   std::vector<InputError>& errors_;
 };
 
-Accident read_row(const File& file, const Line& line, std::vector<InputError>& errors) {
-  const std::size_t before = errors.size();
-  const RowReader reader(file, line, errors);
+/// What all tables have of a row.
+Accident begin_row(const RowReader& reader, const Line& line) {
   Accident a;
   a.line = line.number;
   a.fields = line.fields;
   a.speed_mph = reader.positive("speed_mph", kSpeedMax);
+  a.cause = reader.text_if_any("cause");
+  return a;
+}
+
+Accident read_row(const File& file, const Line& line, std::vector<InputError>& errors) {
+  const std::size_t before = errors.size();
+  const RowReader reader(file, line, errors);
+  Accident a = begin_row(reader, line);
   a.n_cars = reader.count("n_cars", 1, kCountMax);
   const int most = errors.size() == before ? a.n_cars : kCountMax;
   a.tons_per_car = reader.tons("tons_per_car", 1);
@@ -134,7 +141,6 @@ Accident read_row(const File& file, const Line& line, std::vector<InputError>& e
   a.first_car_position = reader.count("first_car_position", 1, most);
   a.cars_from_pod_to_rear = reader.count("cars_from_pod_to_rear", 1, most);
   a.cars_derailed = reader.count("cars_derailed", 1, most);
-  a.cause = reader.text_if_any("cause");
   for (const char* column : {"empty_cars", "empty"}) {
     if (file.has(column) && !a.empty_cars) a.empty_cars = reader.count_or_blank(column);
   }
@@ -154,16 +160,12 @@ constexpr int kLocomotives = 2;
 Accident read_posture_row(const File& file, const Line& line, std::vector<InputError>& errors) {
   const std::size_t before = errors.size();
   const RowReader reader(file, line, errors);
-  Accident a;
-  a.line = line.number;
-  a.fields = line.fields;
-  a.speed_mph = reader.positive("speed_mph", kSpeedMax);
+  Accident a = begin_row(reader, line);
   a.n_cars = reader.count("cars_in_train", 1, kCountMax);
   a.cars_derailed = reader.count("cars_derailed_narrative", 1, errors.size() == before ? a.n_cars : kCountMax);
   a.over = reader.count("on_side_or_over", 0, errors.size() == before ? a.cars_derailed : kCountMax);
   const int loads = reader.count_or_blank("loads_derailed_form"),
             empties = reader.count_or_blank("empties_derailed_form");
-  a.cause = reader.text_if_any("cause");
   if (errors.size() > before) return a;
   const int known = std::max(loads + empties, 1);
   a.tons_per_car = (kTonsLoaded * (known - empties) + kTonsEmpty * empties) / known;

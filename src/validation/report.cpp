@@ -265,9 +265,8 @@ Member member_from(const std::vector<std::string>& fields) {
   m.seed = std::stoll(fields[kSeed]);
   m.derailed = {std::stoi(fields[kCars]), std::stoi(fields[kLocomotives])};
   const auto count = [&](std::string_view name) {
-    const auto& all = outcome::quantities();
-    const auto q = std::find_if(all.begin(), all.end(), [&](const outcome::Quantity& x) { return x.name == name; });
-    return std::stoi(fields[kQuantities + static_cast<std::size_t>(q - all.begin())]);
+    const auto place = outcome::find_quantity(name) - outcome::quantities().data();
+    return std::stoi(fields[kQuantities + static_cast<std::size_t>(place)]);
   };
   m.posture.over = count("cars_over");
   m.posture.cars = m.posture.over + count("cars_upright") + count("cars_leaning");

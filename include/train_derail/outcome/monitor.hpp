@@ -79,8 +79,7 @@ class Monitor {
   void sample_speeds(double t, const double* y);
   void sample_touches(double t, const double* y);
   void note(const FirstTouch& touch);
-  PileUp pile_up(const double* y) const;
-  void report_cars_off(const double* y, Outcome& outcome) const;
+  void report_pile_up(const double* y, Outcome& outcome) const;
   void report_peaks(double t, const double* y, Outcome& outcome) const;
   void report_incidents(const model::Incidents& incidents, Outcome& outcome) const;
 

@@ -57,6 +57,22 @@ struct PeakForce {
   double time = 0.0;   ///< simulated time [s]
 };
 
+/// How far the cars that have derailed or are off the track reach from the centre line: what setbacks and crash walls
+/// are judged by.
+struct LateralReach {
+  double farthest = 0.0;  ///< of the farthest corner of any footprint [m]
+  /// Cars that reach farther than 10, 20 and 30 m.
+  int beyond_10 = 0, beyond_20 = 0, beyond_30 = 0;
+
+  /// Adds a car that reaches so far [m].
+  void add(double reach) {
+    farthest = reach > farthest ? reach : farthest;
+    beyond_10 += reach > 10.0 ? 1 : 0;
+    beyond_20 += reach > 20.0 ? 1 : 0;
+    beyond_30 += reach > 30.0 ? 1 : 0;
+  }
+};
+
 /// The pile-up: the cars that have derailed or are off the track, and what their footprints cover.
 struct PileUp {
   double length = 0.0;       ///< along the track [m]
@@ -66,6 +82,7 @@ struct PileUp {
   int groups = 0;            ///< groups of counted cars that are next to each other in the train
   int main_cars = 0;         ///< cars in the main pile: turned by more than 30 degrees, no gap longer than kMainPileGap
   double main_length = 0.0;  ///< length of the main pile along the track [m]
+  LateralReach lateral_reach;
 };
 /// Largest gap between neighbours in the main pile, along the track [m].
 inline constexpr double kMainPileGap = 15.0;
@@ -92,22 +109,6 @@ inline constexpr double kLeaning = 10.0 * inputs::kDegree, kOver = 45.0 * inputs
                         kInverted = 135.0 * inputs::kDegree;
 /// Half the height of a body: a car lies on another from here on [m].
 inline constexpr double kOnTop = 1.5;
-
-/// How far the cars that have derailed or are off the track reach from the centre line: what setbacks and crash walls
-/// are judged by.
-struct LateralReach {
-  double farthest = 0.0;  ///< of the farthest corner of any footprint [m]
-  /// Cars that reach farther than 10, 20 and 30 m.
-  int beyond_10 = 0, beyond_20 = 0, beyond_30 = 0;
-
-  /// Adds a car that reaches so far [m].
-  void add(double reach) {
-    farthest = reach > farthest ? reach : farthest;
-    beyond_10 += reach > 10.0 ? 1 : 0;
-    beyond_20 += reach > 20.0 ? 1 : 0;
-    beyond_30 += reach > 30.0 ? 1 : 0;
-  }
-};
 
 /// Impacts of car bodies with contact forces (contact.law). Those whose closing speed normal is below kImpactSpeedMin
 /// are left out.
@@ -142,7 +143,6 @@ struct Outcome {
   PeakForce coupler_draft_peak;      ///< largest tension
   double stop_time = 0.0;            ///< simulated time at the end, or so far [s]
   PileUp pile_up;
-  LateralReach lateral_reach;
   Posture posture;
   int couplers_broken = 0;  ///< couplers that broke, by draft force, swing or moment
   Impacts impacts;
