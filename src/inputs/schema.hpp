@@ -387,6 +387,9 @@ void describe_contact(V& v, C& c) {
            {"Friction coefficient between two bodies.", &kContact});
   v.number("crush_force", c.crush_force, {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(1e6, 2e7)},
            {"Largest normal force; beyond it the bodies are crushed.", &kContact});
+  v.number("side_crush_force", c.side_crush_force,
+           {"N", "kip", between_or_infinite(1, 1e12), between_or_infinite(5e5, 2e7)},
+           {"The same where a side, a roof or a floor is pressed; the smaller of both acts.", &kSpatial});
 }
 
 template <class V, class S>
@@ -404,9 +407,15 @@ void describe_suspension(V& v, S& s) {
 template <class V, class T>
 void describe_terrain(V& v, T& t) {
   v.number("rail_height", t.rail_height, {"m", "in", between(0, 2), between(0, 0.5)},
-           {"Top of the rails above the crown of the track bed.", &kSpatial});
+           {"Top of the rails above the ballast.", &kSpatial});
+  v.number("ballast_height", t.ballast_height, {"m", "in", between(0, 5), between(0, 1)},
+           {"Top of the ballast above the crown of the roadbed; 0: no ballast stands out.", &kSpatial});
+  v.number("ballast_half_width", t.ballast_half_width, {"m", "ft", between(0.5, 1e3), between(1.2, 5)},
+           {"Half the width of the top of the ballast; its sides begin there.", &kSpatial});
+  v.number("ballast_slope", t.ballast_slope, {"1", "", between(0.001, 10), between(0.3, 1)},
+           {"Fall over run of the sides of the ballast.", &kSpatial});
   v.number("crown", t.crown, {"m", "ft", between(0.5, 1e3), between(1.5, 10)},
-           {"Half the width of the crown; banks begin there.", &kSpatial});
+           {"Half the width of the crown of the roadbed; banks begin there.", &kSpatial});
   v.number("bank_slope", t.bank_slope, {"1", "", between(0.001, 10), between(0.1, 1.5)},
            {"Fall over run of the banks.", &kSpatial});
   v.number("bank_left", t.bank_left, {"m", "ft", between(-100, 100), between(-20, 20)},

@@ -105,8 +105,8 @@ struct SpatialModel::Parts {
       : scenario(s),
         n(static_cast<std::size_t>(owner.car_count())),
         step(s.solver.fixed_step.value_or(0.0)),
-        level(s.terrain.bank_left == 0.0 && s.terrain.bank_right == 0.0),
-        highest_ground(-s.terrain.rail_height - std::min({s.terrain.bank_left, s.terrain.bank_right, 0.0})),
+        level(model::level(s.terrain)),
+        highest_ground(model::highest_ground(s.terrain)),
         cos_part(s.suspension.part_angle < M_PI ? std::cos(s.suspension.part_angle) : -2.0),
         track(s, inputs::track_extent(s).from, inputs::track_extent(s).to),
         loops(*kVersions.choose(owner.car_count(), instruction_set)),
@@ -662,7 +662,9 @@ struct SpatialModel::Parts {
       pair.sheared.setZero();
       return;
     }
-    const inputs::Contact& law = scenario.contact;
+    inputs::Contact law = scenario.contact;
+    if (law.side_crush_force < law.crush_force && !(end_met(at(a), m.normal) && end_met(at(b), -m.normal)))
+      law.crush_force = law.side_crush_force;
     const SpatialMotion &q = at(a), &r = at(b);
     // What speeds change in ten steps of free fall: slower than that, a car that lies on another would hop as the force
     // changes between loading and unloading.
@@ -716,6 +718,11 @@ struct SpatialModel::Parts {
     if (std::abs(upward) > std::max(std::abs(along), std::abs(across))) return upward < 0.0 ? Face::top : Face::bottom;
     if (std::abs(along) > std::abs(across)) return along < 0.0 ? Face::front : Face::rear;
     return across < 0.0 ? Face::left : Face::right;
+  }
+
+  static bool end_met(const SpatialMotion& car, const Vector3d& push) {
+    const Face face = face_met(car, push);
+    return face == Face::front || face == Face::rear;
   }
 
   void note(double t, double h, Pair& pair, const BoxManifold& m, const Vector3d& velocity, double force) {

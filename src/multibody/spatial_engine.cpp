@@ -36,13 +36,22 @@ struct GroundAt {
   double height;
   Vec3 up;  // not of length 1
 };
-GroundAt ground_at(const inputs::Terrain& t, double y) {
+GroundAt roadbed_at(const inputs::Terrain& t, double y) {
   const double drop = y > 0.0 ? t.bank_left : t.bank_right, outside = std::abs(y) - t.crown;
   const double slope = drop < 0.0 ? -t.bank_slope : t.bank_slope;
-  if (outside <= 0.0 || drop == 0.0) return {-t.rail_height, Vec3(0.0, 0.0, 1.0)};
-  if (outside * t.bank_slope >= std::abs(drop)) return {-t.rail_height - drop, Vec3(0.0, 0.0, 1.0)};
+  const double crown = -(t.rail_height + t.ballast_height);
+  if (outside <= 0.0 || drop == 0.0) return {crown, Vec3(0.0, 0.0, 1.0)};
+  if (outside * t.bank_slope >= std::abs(drop)) return {crown - drop, Vec3(0.0, 0.0, 1.0)};
   // Falling by `slope` away from the track.
-  return {-t.rail_height - slope * outside, Vec3(0.0, y > 0.0 ? slope : -slope, 1.0)};
+  return {crown - slope * outside, Vec3(0.0, y > 0.0 ? slope : -slope, 1.0)};
+}
+GroundAt ground_at(const inputs::Terrain& t, double y) {
+  const GroundAt roadbed = roadbed_at(t, y);
+  if (t.ballast_height <= 0.0) return roadbed;
+  const double down = t.ballast_slope * (std::abs(y) - t.ballast_half_width);
+  if (down <= 0.0) return {std::max(-t.rail_height, roadbed.height), Vec3(0.0, 0.0, 1.0)};
+  if (-t.rail_height - down <= roadbed.height) return roadbed;
+  return {-t.rail_height - down, Vec3(0.0, y > 0.0 ? t.ballast_slope : -t.ballast_slope, 1.0)};
 }
 
 double critical_damping(double stiffness, double mass) { return 2.0 * std::sqrt(stiffness * mass); }

@@ -53,12 +53,17 @@ geometry_msgs::Point beside(const model::Track::Node& node, double along, double
                     node.point.y() + along * node.tangent.y() + left * node.tangent.x(), z);
 }
 
-/// The ground across the track. Heights here are above the crown, on which the ballast lies.
+/// The ground across the track. Heights here are above the ballast, or the crown where no ballast stands out.
 struct Ground {
   explicit Ground(const inputs::Terrain& t) : terrain(t) {
+    if (t.ballast_height > 0.0) {
+      ballast_top = t.ballast_half_width;
+      ballast_foot = ballast_top + t.ballast_height / t.ballast_slope;
+    }
     for (const double side : {-1.0, 1.0}) {
       const double bank = std::abs(side < 0.0 ? t.bank_right : t.bank_left);
       if (bank > 0.0) bends.insert(bends.end(), {side * t.crown, side * (t.crown + bank / t.bank_slope)});
+      if (t.ballast_height > 0.0) bends.insert(bends.end(), {side * ballast_top, side * ballast_foot});
     }
     std::sort(bends.begin(), bends.end());
   }
@@ -75,7 +80,8 @@ struct Ground {
   bool level() const { return bends.empty(); }
 
   inputs::Terrain terrain;
-  std::vector<double> bends;  // offsets, left positive, rising
+  double ballast_top = kBallastTop, ballast_foot = kBallastFoot;  // offsets where its sides begin and end
+  std::vector<double> bends;                                      // offsets, left positive, rising
 };
 
 /// A strip across the track from `right` to `left`, `z` above the ground.
@@ -105,7 +111,7 @@ void add_ruler(Points& points, const Ground& ground, const model::Track& track, 
             last = static_cast<int>(std::floor(front / (unit * step)));
   for (int i = first; i <= last; ++i) {
     const model::Track::Node at = track.at(i * unit * step);
-    const double inner = side * kBallastFoot, outer = side * kRulerReach;
+    const double inner = side * ground.ballast_foot, outer = side * kRulerReach;
     add_across(points, ground, at, std::min(inner, outer), std::max(inner, outer), kRulerWidth, kRulerHeight);
     Points text;
     paint_text(text, fmt::format("{} {}", i * step, name), kRulerText, kRulerHeight);
@@ -170,9 +176,10 @@ visualization_msgs::MarkerArray track_markers(const inputs::Scenario& scenario, 
   add_ground(ground.points, terrain, track, s);
   for (std::size_t i = 0; i + 1 < s.size(); ++i) {
     const model::Track::Node from = track.at(s[i]), to = track.at(s[i + 1]);
-    add_strip(ballast.points, from, to, -kBallastFoot, -kBallastTop, 0.0, kBallastHeight);
-    add_strip(ballast.points, from, to, -kBallastTop, kBallastTop, kBallastHeight, kBallastHeight);
-    add_strip(ballast.points, from, to, kBallastTop, kBallastFoot, kBallastHeight, 0.0);
+    const double top = terrain.ballast_top, foot = terrain.ballast_foot;
+    add_strip(ballast.points, from, to, -foot, -top, terrain.height(-foot), kBallastHeight);
+    add_strip(ballast.points, from, to, -top, top, kBallastHeight, kBallastHeight);
+    add_strip(ballast.points, from, to, top, foot, kBallastHeight, terrain.height(foot));
     for (const double left : {-0.5 * kGauge, 0.5 * kGauge}) {
       add_strip(rails.points, from, to, left - 0.5 * kRailWidth, left + 0.5 * kRailWidth, kRailHeight, kRailHeight);
     }

@@ -216,6 +216,7 @@ TEST(Parts, EveryNumberIsFiniteAndInItsRange) {
                                     NUMBER(contact.restitution, 1.1),
                                     NUMBER(contact.friction, -0.1),
                                     NUMBER(contact.crush_force, 0.0, true),
+                                    NUMBER(contact.side_crush_force, 0.0, true),
                                     NUMBER(initial.perturbation.kick, -0.1),
                                     NUMBER(initial.perturbation.alignment, -0.1)};
   Scenario valid = test::accident(10);

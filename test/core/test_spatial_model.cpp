@@ -12,6 +12,7 @@
 #include "spatial_fixtures.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/model/step_limit.hpp"
+#include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
 #include "train_derail/simulation/checkpoint.hpp"
 
@@ -260,6 +261,51 @@ TEST(OffTheRails, ACarTipsOnTheBankOfTheClosedForm) {
   }
 }
 
+TEST(Terrain, BallastLiesOnTheRoadbed) {
+  inputs::Terrain t;
+  t.rail_height = 0.2;
+  t.ballast_height = 0.6;
+  t.ballast_half_width = 1.6;
+  t.ballast_slope = 0.5;
+  t.crown = 4.0;
+  t.bank_left = 2.0;
+  t.bank_right = -1.0;
+  t.bank_slope = 0.5;
+  const struct {
+    double offset, z, slope;
+  } places[] = {{1.0, -0.2, 0.0},  {2.0, -0.4, -0.5}, {3.0, -0.8, 0.0},   {5.0, -1.3, -0.5}, {9.0, -2.8, 0.0},
+                {-2.0, -0.4, 0.5}, {-3.0, -0.8, 0.0}, {-5.0, -0.3, -0.5}, {-7.0, 0.2, 0.0}};
+  for (const auto& p : places) {
+    EXPECT_NEAR(model::ground_height(t, p.offset).z, p.z, 1e-12) << p.offset;
+    EXPECT_NEAR(model::ground_height(t, p.offset).slope, p.slope, 1e-12) << p.offset;
+    EXPECT_LE(p.z, model::highest_ground(t));
+  }
+  EXPECT_NEAR(model::highest_ground(t), 0.2, 1e-12);
+  EXPECT_FALSE(model::level(t));
+  // Without a jump, also where the ballast is wider than the crown.
+  t.crown = 2.0;
+  for (double o = -12.0; o < 12.0; o += 0.01)
+    EXPECT_LT(std::abs(model::ground_height(t, o + 0.01).z - model::ground_height(t, o).z), 0.0051) << o;
+}
+
+TEST(OffTheRails, ACarWithOneSideDownTheBallastTipsAtTheClosedForm) {
+  // Wheels of one side on the ballast, of the other at its foot: over if the line from the centre of mass falls
+  // outside.
+  for (const double share : {0.96, 1.04}) {
+    inputs::Scenario s = rigid(1);
+    const double h = height_of(s), b = s.suspension.half_base, angle = share * std::atan2(b, h);
+    s.terrain.ballast_slope = 10.0;
+    s.terrain.ballast_height = 2.0 * b * std::sin(angle);
+    const Matrix3d axes = turned(-angle, Vector3d::UnitX());
+    const Vector3d inner(50.0, s.terrain.ballast_half_width - 0.5, -s.terrain.rail_height);
+    Train train(s, {at(inner + b * axes.col(1) + h * axes.col(2), axes)});
+    train.to(4.0);
+    const double lean = std::abs(train.roll(0)) - angle;
+    if (share < 1.0) EXPECT_LT(std::abs(lean), 0.05);
+    else EXPECT_GT(lean, 0.5);
+  }
+}
+
 TEST(OffTheRails, ALateralTripOverturnsAtTheSpeedOfTheFormula) {
   const inputs::Scenario s = rigid(1, 1e-4);
   const model::Car car = model::expand(s.consist)[0];
@@ -475,6 +521,32 @@ TEST(SpatialImpact, NamesTheFacesAndTheHeight) {
   }
 }
 
+TEST(SpatialImpact, SidesAreCrushedBelowTheForceOfEnds) {
+  inputs::Scenario s = spatial(2, 2e-4);
+  s.contact.law = inputs::ContactLaw::elastic;
+  s.contact.crush_force = 4e6;
+  s.contact.side_crush_force = 1.5e6;
+  const model::Car car = model::expand(s.consist)[0];
+  struct Case {
+    Vector3d towards;  // the second car, seen from the first
+    Matrix3d axes;     // of the second car
+    double reach, force;
+  };
+  const Matrix3d across = turned(0.5 * test::kPi, Vector3d::UnitZ());
+  const std::vector<Case> cases{
+      {Vector3d::UnitX(), Matrix3d::Identity(), car.length, 4e6},
+      {Vector3d::UnitY(), Matrix3d::Identity(), car.width, 1.5e6},
+      {Vector3d::UnitX(), across, 0.5 * (car.length + car.width), 1.5e6},  // an end against a side
+      {Vector3d::UnitZ(), Matrix3d::Identity(), car.roof_height - car.floor_height, 1.5e6}};
+  for (const Case& c : cases) {
+    Train train(s, {at(kAloft), at(kAloft + (c.reach + 0.01) * c.towards, c.axes, -6.0 * c.towards)});
+    train.to(0.3);
+    ASSERT_EQ(train.incidents().impacts.size(), 1U);
+    // Up to the speed below which loading goes over into unloading.
+    EXPECT_NEAR(train.incidents().impacts[0].peak_force / c.force, 1.0, 2e-3);
+  }
+}
+
 // Whole runs
 
 inputs::Scenario everything(int cars, double step) {
@@ -484,7 +556,9 @@ inputs::Scenario everything(int cars, double step) {
   s.track.curves = {{-400.0, 700.0, 1.0 / 600.0}};
   s.terrain.bank_left = 2.0;
   s.terrain.bank_right = -1.0;
+  s.terrain.ballast_height = 0.5;
   s.contact.crush_force = 1.2e6 * inputs::kPoundForce;
+  s.contact.side_crush_force = 0.5e6 * inputs::kPoundForce;
   s.initial.cars_ahead = 5;
   s.initial.perturbation.seed = 4;
   s.solver.fixed_step = step;
@@ -534,6 +608,7 @@ TEST(SpatialRun, MirroredIsTheMirrorImage) {
   s.model = inputs::Model::spatial;
   s.initial.perturbation.kick = s.initial.perturbation.alignment = 0.0;
   s.terrain.bank_left = 2.0;
+  s.terrain.ballast_height = 0.5;
   s.track.curves = {{-300.0, 500.0, 1.0 / 500.0}};
   inputs::Scenario m = s;
   m.initial.yaw_rate *= -1.0;

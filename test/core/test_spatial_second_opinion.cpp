@@ -54,7 +54,8 @@ Vector3d standing(const inputs::Scenario& s, double x, double y) {
 
 /// Thrown off the crown sideways, turning; it goes over on the bank.
 Case one_car() {
-  const inputs::Scenario s = on_the_bank(1);
+  inputs::Scenario s = on_the_bank(1);
+  s.terrain.ballast_height = 0.3;
   return {"one car",
           s,
           {at(standing(s, 50.0, 0.5), turned(0.2, Vector3d::UnitZ()), {6.0, 4.0, 0.0}, {-0.3, 0.0, 0.4})},
@@ -205,6 +206,9 @@ const Change kChanges[] = {
     {"half base", one_car, [](inputs::Scenario& s) { s.suspension.half_base *= kMore; }},
     {"bank", one_car, [](inputs::Scenario& s) { s.terrain.bank_slope *= kMore; }},
     {"crown", one_car, [](inputs::Scenario& s) { s.terrain.crown *= kMore; }},
+    {"ballast", one_car, [](inputs::Scenario& s) { s.terrain.ballast_height *= kMore; }},
+    {"ballast width", one_car, [](inputs::Scenario& s) { s.terrain.ballast_half_width *= kMore; }},
+    {"ballast slope", one_car, [](inputs::Scenario& s) { s.terrain.ballast_slope *= kMore; }},
     {"bank height", one_car, [](inputs::Scenario& s) { s.terrain.bank_left *= kMore; }},
     {"body friction", one_car, [](inputs::Scenario& s) { s.terrain.body_friction *= kMore; }},
     {"ground stiffness", one_car, [](inputs::Scenario& s) { s.terrain.body_stiffness *= kMore; }},

@@ -90,8 +90,11 @@ struct Suspension {
 
 /// Ground beside the track and how bodies lie on it, Model::spatial only. Flat by default.
 struct Terrain {
-  double rail_height = 7.25 / 12.0 * kFoot;             ///< top of the rails above the crown of the track bed [m]
-  double crown = 9.0 * kFoot;                           ///< half the width of the crown [m]
+  double rail_height = 7.25 / 12.0 * kFoot;             ///< top of the rails above the ballast [m]
+  double ballast_height = 0.0;                          ///< top of the ballast above the crown of the roadbed [m]
+  double ballast_half_width = 5.25 * kFoot;             ///< half the width of the top of the ballast [m]
+  double ballast_slope = 0.5;                           ///< fall over run of the sides of the ballast [-]
+  double crown = 9.0 * kFoot;                           ///< half the width of the crown of the roadbed [m]
   double bank_slope = 0.5;                              ///< fall over run of the banks beside it [-]
   double bank_left = 0.0;                               ///< height of the bank on the left; negative: a cut [m]
   double bank_right = 0.0;                              ///< on the right [m]
@@ -191,6 +194,7 @@ struct Contact {
   double restitution = 0.2;                        ///< e, speed after over speed before a central impact [-]
   double friction = 0.3;                           ///< friction coefficient between two bodies [-]
   double crush_force = kInfinity;                  ///< largest normal force; beyond it the bodies are crushed [N]
+  double side_crush_force = kInfinity;             ///< Model::spatial: of sides, roofs and floors; the smaller acts [N]
 };
 
 /// Small random differences between runs that are equal otherwise. N(0,1) is a normal random number. A size of 0

@@ -15,14 +15,31 @@ struct GroundHeight {
   double slope;  ///< dz / d offset [-]
 };
 
-/// The ground `offset` to the left of the centre line [m]: a level crown, banks of one slope beside it, level again
-/// below (above in a cut).
+/// The ground `offset` to the left of the centre line [m]: a roadbed with a level crown, banks of one slope beside it,
+/// level again below (above in a cut); on it the ballast. The higher of both is the ground.
 inline GroundHeight ground_height(const inputs::Terrain& t, double offset) {
   const double side = offset < 0.0 ? -1.0 : 1.0, bank = offset < 0.0 ? t.bank_right : t.bank_left;
   const double beyond = std::abs(offset) - t.crown, slope = std::copysign(t.bank_slope, bank);
-  if (bank == 0.0 || beyond <= 0.0) return {-t.rail_height, 0.0};
-  if (beyond * t.bank_slope >= std::abs(bank)) return {-t.rail_height - bank, 0.0};
-  return {-t.rail_height - slope * beyond, -side * slope};
+  GroundHeight ground{-t.rail_height - t.ballast_height, 0.0};
+  if (bank != 0.0 && beyond > 0.0) {
+    if (beyond * t.bank_slope >= std::abs(bank)) ground.z -= bank;
+    else ground = {ground.z - slope * beyond, -side * slope};
+  }
+  const double outside = std::abs(offset) - t.ballast_half_width;
+  if (t.ballast_height == 0.0) return ground;
+  if (outside <= 0.0) return {std::max(-t.rail_height, ground.z), 0.0};
+  const double ballast = -t.rail_height - t.ballast_slope * outside;
+  return ballast > ground.z ? GroundHeight{ballast, -side * t.ballast_slope} : ground;
+}
+
+/// The ground is one plane.
+inline bool level(const inputs::Terrain& t) {
+  return t.bank_left == 0.0 && t.bank_right == 0.0 && t.ballast_height == 0.0;
+}
+
+/// No ground is higher than this [m].
+inline double highest_ground(const inputs::Terrain& t) {
+  return -t.rail_height + std::max(0.0, -t.ballast_height - std::min(t.bank_left, t.bank_right));
 }
 
 /// Damping of a side of a truck [N s/m].
