@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """What is installed is whole, goes where it was asked to go, and serves programs that are compiled with other flags.
-Usage: test_install.py BUILD_FOLDER [--ros]"""
+Usage: test_install.py BUILD_FOLDER [--ros] [--python FOLDER_OF_PACKAGES]"""
 
 import glob
 import os
@@ -15,6 +15,7 @@ SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..')
 CONSUMER = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'consumer')
 BUILD = ''
 ROS = False
+PYTHON = ''
 
 
 def run(*command, **options):
@@ -140,6 +141,20 @@ class InstallTest(unittest.TestCase):
         library = os.path.dirname(self.find('libtrain_derail.so'))
         self.assertIn('off track', self.run_well(program, self.scenarios()[0], env=plain_environment(LD_LIBRARY_PATH=library)))
 
+    def test_the_module_for_python(self):
+        if not PYTHON:
+            self.skipTest('built without it')
+        code = 'import train_derail as t; run = t.run("config/baseline.yaml"); print(run.outcome["ended"], run.scenario.source)'
+        package = os.path.dirname(self.find('_api.py'))
+        written = self.run_well('/usr/bin/python3', '-c', code, cwd=self.folder, env=plain_environment(PYTHONPATH=os.path.dirname(package)))
+        self.assertEqual(written.split(maxsplit=1), ['at_rest', self.scenarios()[0] + '\n'])
+        self.assertEqual(os.path.relpath(package, self.prefix), os.path.join(PYTHON, 'train_derail'))
+        if ROS:
+            code = 'import train_derail.msg as m, train_derail as t; print(m.Outcome().cars, t.load("config/baseline.yaml")["consist[0].count"])'
+            written = self.run_well('sh', '-c', '. "%s/setup.sh" && exec /usr/bin/python3 -c "$1"' % self.prefix, 'sh', code.replace('"', "'"),
+                                    cwd=self.folder, env=plain_environment())
+            self.assertEqual(written, '0 60\n')
+
     def test_a_program_with_other_containers_is_not_linked(self):
         build = os.path.join(self.folder, 'debug')
         self.run_well('cmake', '-S', CONSUMER, '-B', build, '-DCMAKE_PREFIX_PATH=' + self.prefix, '-DCMAKE_CXX_FLAGS=-D_GLIBCXX_DEBUG',
@@ -153,5 +168,8 @@ if __name__ == '__main__':
     ROS = '--ros' in sys.argv
     if ROS:
         sys.argv.remove('--ros')
+    if '--python' in sys.argv:
+        PYTHON = sys.argv.pop(sys.argv.index('--python') + 1)
+        sys.argv.remove('--python')
     BUILD = os.path.abspath(sys.argv.pop(1))
     unittest.main()
