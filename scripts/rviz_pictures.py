@@ -23,6 +23,7 @@ PICTURES = [
     ('accident.png', 'config/accident.yaml', 25.0, 'wreck', True),
     ('pile_up_above.png', 'config/accident.yaml', 25.0, 'pile-up from above', True),
     ('dads20.png', 'config/dads20.yaml', 16.0, 'wreck', True),
+    ('accident3d.png', 'config/accident3d.yaml', 40.0, 'wreck', True),
     ('panel.png', 'config/mixed_train.yaml', 8.5, 'whole train', False),
 ]
 SIZE = (1366, 768)

@@ -686,6 +686,48 @@ TEST(SpatialRun, FlatAndStiffMovesAsInThePlane) {
   EXPECT_GT(train.incidents().derailments.size(), 2U);
 }
 
+TEST(SpatialRun, FlatLowAndWideEndsAsInThePlane) {
+  // Means over seeds: later on single runs part.
+  struct Ensemble {
+    std::vector<double> derailed, broken, closing, length;
+  };
+  const auto ensemble = [](const inputs::Scenario& of) {
+    Ensemble e;
+    for (int seed = 1; seed <= 24; ++seed) {
+      inputs::Scenario s = of;
+      s.initial.perturbation.seed = seed;
+      simulation::Simulation sim(s);
+      sim.run();
+      const outcome::Outcome o = sim.outcome();
+      e.derailed.push_back(o.cars_derailed);
+      e.broken.push_back(o.couplers_broken);
+      e.closing.push_back(o.closing_speed_max.speed);
+      e.length.push_back(o.pile_up.main_length);
+    }
+    return e;
+  };
+  inputs::Scenario plane = test::accident(40);
+  plane.model = inputs::Model::extended;
+  inputs::Scenario space = plane;
+  space.model = inputs::Model::spatial;
+  space.suspension.half_base = 3.0;
+  space.coupler.height = 1.0;
+  space.terrain.rail_height = 0.0;
+  for (inputs::CarBlock& block : space.consist) {
+    block.centre_height = 1.0;
+    block.floor_height = 0.1;
+    block.roof_height = 1.9;
+  }
+  const Ensemble a = ensemble(plane), b = ensemble(space);
+  for (const auto of : {&Ensemble::derailed, &Ensemble::broken, &Ensemble::closing, &Ensemble::length}) {
+    const auto mean = [](const std::vector<double>& v) {
+      return Eigen::Map<const Eigen::ArrayXd>(v.data(), 24).mean();
+    };
+    const double x = mean(a.*of), y = mean(b.*of);
+    EXPECT_NEAR(y / x, 1.0, 0.15) << x << ' ' << y;
+  }
+}
+
 TEST(SpatialRun, IsTheSameForEveryInstructionSet) {
   // As many cars as leave a part of the widest block.
   const inputs::Scenario s = everything(18, 2e-3);
