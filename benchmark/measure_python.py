@@ -1,13 +1,12 @@
 #!/usr/bin/python3
-"""What the module for Python costs over derail: whole processes of derail against calls in a process that is there, in turn.
+"""What the module for Python costs over derail: processes of derail against calls in a process that is there, in turn.
 
   PYTHONPATH=build/devel/lib/python3/dist-packages benchmark/measure_python.py build/devel/lib/train_derail/derail [ROUNDS]
 
-Computing: `wall_time` of either, which neither start nor reading is part of. Wall: of the call, reading of the file included;
-derail's has the start of its process in it, the module's has not: importing it is measured apart."""
+Processor time, which other work on the machine changes least, and wall time: the least of all rounds. derail's has the start of its
+process in it. The module's has not, as a notebook starts once: what importing it takes is measured apart."""
 
-import json
-import statistics
+import resource
 import subprocess
 import sys
 import time
@@ -16,43 +15,44 @@ import train_derail
 
 CASES = (
     ('baseline.yaml', {}),
-    ('baseline.yaml, 200 cars', {'consist[0].count': 200}),
-    ('accident.yaml, 5 s', {'stop.time_max': '5 s'}),
+    ('baseline.yaml', {'consist[0].count': 200}),
+    ('accident.yaml', {'stop.time_max': '5 s'}),
 )
 
 
-def by_derail(derail, path, changes):
-    sets = [word for key, value in changes.items() for word in ('--set', f'{key}={value}')]
-    start = time.perf_counter()
-    text = subprocess.run([derail, 'run', path, '--quiet', '--json', '-', *sets], capture_output=True, check=True).stdout
-    return time.perf_counter() - start, json.loads(text)['wall_time']
+def taken(work):
+    """(processor time, wall time) of this process and those it has waited for [s]."""
+    def used():
+        return sum(u.ru_utime + u.ru_stime for u in map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+    processor, wall = used(), time.perf_counter()
+    work()
+    return used() - processor, time.perf_counter() - wall
 
 
-def by_module(path, changes):
-    start = time.perf_counter()
-    run = train_derail.run(path, changes)
-    return time.perf_counter() - start, run.outcome['wall_time']
+def command(*words):
+    # vfork and exec only: what this process has in memory is not copied.
+    return lambda: subprocess.run(words, stdout=subprocess.DEVNULL, check=True, close_fds=False)
+
+
+def least(rounds, *works):
+    """Least times of each of the works, which take turns."""
+    rows = [[taken(work) for work in works] for _ in range(rounds)]
+    return [[min(row[k][i] for row in rows) for i in (0, 1)] for k in range(len(works))]
 
 
 def main(derail, rounds):
-    print(f'{"":<26}{"derail, wall":>14}{"module, wall":>14}{"ratio":>8}{"derail, comp.":>15}{"module, comp.":>15}{"ratio":>8}   (least of {rounds})')
-    for title, changes in CASES:
-        path = train_derail.load(f'config/{title.split(",")[0]}').source
-        rows = []
-        for _ in range(rounds):
-            rows.append((*by_derail(derail, path, changes), *by_module(path, changes)))
-        wall, computing, module_wall, module_computing = (min(column) for column in zip(*rows))
-        print(f'{title:<26}{1e3 * wall:>11.1f} ms{1e3 * module_wall:>11.1f} ms{module_wall / wall:>8.3f}'
-              f'{1e3 * computing:>12.1f} ms{1e3 * module_computing:>12.1f} ms{module_computing / computing:>8.3f}')
-    imports = []
-    for code in ('import numpy', 'import train_derail; train_derail.run'):
-        took = []
-        for _ in range(max(rounds // 4, 3)):
-            start = time.perf_counter()
-            subprocess.run([sys.executable, '-c', code], check=True)
-            took.append(time.perf_counter() - start)
-        imports.append(statistics.median(took))
-    print(f'start of Python with numpy {1e3 * imports[0]:.0f} ms, with the module {1e3 * imports[1]:.0f} ms (medians)')
+    for name, changes in CASES:
+        path = train_derail.load(f'config/{name}').source
+        sets = [word for key, value in changes.items() for word in ('--set', f'{key}={value}')]
+        by_derail, by_module, with_csv, with_states = least(
+            rounds, command(derail, 'run', path, '--quiet', *sets), lambda: train_derail.run(path, changes),
+            command(derail, 'run', path, '--quiet', '--csv', '-', *sets), lambda: train_derail.run(path, changes, states=True))
+        print(f'{name} {changes or ""}'.strip())
+        for what, a, b in (('outcome', by_derail, by_module), ('states too (--csv)', with_csv, with_states)):
+            for i, kind in enumerate(('processor', 'wall')):
+                print(f'  {what:<20}{kind:<11}derail {1e3 * a[i]:8.1f} ms   module {1e3 * b[i]:8.1f} ms   ratio {b[i] / a[i]:.3f}')
+    start, numpy, module = least(max(rounds // 3, 2), *(command(sys.executable, '-c', code) for code in ('', 'import numpy', 'import train_derail; train_derail.run')))
+    print(f'Python {1e3 * start[0]:.0f} ms, with numpy {1e3 * numpy[0]:.0f} ms, with the module {1e3 * module[0]:.0f} ms of processor time')
 
 
 if __name__ == '__main__':
