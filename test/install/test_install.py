@@ -146,12 +146,12 @@ class InstallTest(unittest.TestCase):
             self.skipTest('built without it')
         code = 'import train_derail as t; run = t.run("config/baseline.yaml"); print(run.outcome["ended"], run.scenario.source)'
         package = os.path.dirname(self.find('_api.py'))
-        written = self.run_well('/usr/bin/python3', '-c', code, cwd=self.folder, env=plain_environment(PYTHONPATH=os.path.dirname(package)))
+        written = self.run_well('/usr/bin/python3', '-B', '-c', code, cwd=self.folder, env=plain_environment(PYTHONPATH=os.path.dirname(package)))
         self.assertEqual(written.split(maxsplit=1), ['at_rest', self.scenarios()[0] + '\n'])
         self.assertEqual(os.path.relpath(package, self.prefix), os.path.join(PYTHON, 'train_derail'))
         if ROS:
             code = 'import train_derail.msg as m, train_derail as t; print(m.Outcome().cars, t.load("config/baseline.yaml")["consist[0].count"])'
-            written = self.run_well('sh', '-c', '. "%s/setup.sh" && exec /usr/bin/python3 -c "$1"' % self.prefix, 'sh', code.replace('"', "'"),
+            written = self.run_well('sh', '-c', '. "%s/setup.sh" && exec /usr/bin/python3 -B -c "$1"' % self.prefix, 'sh', code.replace('"', "'"),
                                     cwd=self.folder, env=plain_environment())
             self.assertEqual(written, '0 60\n')
 
