@@ -15,7 +15,7 @@ class RecordedRun final : public BagOutput {
   RecordedRun(const std::string& path, files::Existing existing, const simulation::Simulation& simulation)
       : bag_(files::OutputFile(ros_face::bag_path(path), existing), "/train_derail"),
         stream_({}, {&bag_}),
-        view_(simulation, ros_face::kEventCouplerForce) {
+        view_(simulation, scene::kEventCouplerForce) {
     stream_.start_run(view_, {});
   }
   ~RecordedRun() override {

@@ -16,6 +16,7 @@
 #include "ensemble.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
+#include "page.hpp"
 #include "progress.hpp"
 #include "scenario_input.hpp"
 #include "study_commands.hpp"
@@ -27,6 +28,8 @@
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/incidents_csv.hpp"
 #include "train_derail/outcome/report.hpp"
+#include "train_derail/scene/event_detector.hpp"
+#include "train_derail/scene/replay.hpp"
 #include "train_derail/simulation/fields.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/simulation/trajectory_csv.hpp"
@@ -41,7 +44,7 @@ constexpr int kOk = 0, kOutputFailed = 1, kInputWrong = 2, kIntegrationFailed = 
 
 struct RunArguments {
   std::string file;
-  std::optional<std::string> json, csv, incidents, bag, from, checkpoint, checkpoint_time;
+  std::optional<std::string> json, csv, incidents, bag, html, from, checkpoint, checkpoint_time;
   std::vector<std::string> set;
   int seeds = 0, jobs = 0;
   bool force = false, quiet = false;
@@ -85,7 +88,7 @@ double checkpoint_time(const RunArguments& a) {
 /// reported at once.
 class Outputs {
  public:
-  explicit Outputs(const RunArguments& a) : existing_(apps::existing(a.force)) {
+  explicit Outputs(const RunArguments& a) : existing_(apps::existing(a.force)), name_(a.file) {
     std::vector<apps::NamedPath> paths;
     const auto add = [&paths](const char* option, const std::optional<std::string>& path) {
       if (path) paths.push_back({option, *path});
@@ -94,6 +97,7 @@ class Outputs {
     add("--incidents", a.incidents);
     add("--json", a.json);
     add("--bag", a.bag);
+    add("--html", a.html);
     add("--checkpoint", a.checkpoint);
     std::vector<apps::NamedPath> inputs{{"FILE", a.file}};
     if (a.from) inputs.push_back({"--from", *a.from});
@@ -102,24 +106,31 @@ class Outputs {
     open(a.csv, csv_);
     open(a.incidents, incidents_);
     open(a.json, json_);
+    open(a.html, html_);
+    if (html_) apps::require_page_maker();
     open(a.checkpoint, checkpoint_);
   }
 
   /// Must be called before the first step.
   void start(const RunArguments& a, const simulation::Simulation& s) {
     if (a.bag) bag_ = apps::open_bag(*a.bag, existing_, s);
+    if (html_) {
+      replay_.emplace(s.scenario(), s.cars());
+      add_to_replay(s);
+    }
     if (!csv_) return;
     simulation::write_csv_header(csv_->stream());
     simulation::write_csv_rows(csv_->stream(), s.snapshot());
   }
   /// Whether a file needs the states on the output grid.
-  bool follows() const { return csv_ || bag_; }
+  bool follows() const { return csv_ || bag_ || html_; }
   void grid_point(const simulation::Simulation& s) {
     if (csv_) {
       simulation::write_csv_rows(csv_->stream(), s.snapshot());
       csv_->check();
     }
     if (bag_) bag_->grid_point(s);
+    if (replay_) add_to_replay(s);
   }
   /// The run is still to be saved, as --checkpoint asks.
   bool saves() const { return checkpoint_ && !saved_; }
@@ -133,8 +144,9 @@ class Outputs {
   std::vector<std::string> finish(const simulation::Simulation& s, const outcome::Outcome& outcome) {
     if (incidents_) outcome::write_incidents_csv(incidents_->stream(), s.incidents());
     if (json_) json_->stream() << outcome::to_json(outcome) << "\n";
+    if (html_) html_->stream() << replay_page(s, outcome);
     std::vector<std::string> written;
-    for (auto* file : {&csv_, &incidents_, &json_}) {
+    for (auto* file : {&csv_, &incidents_, &json_, &html_}) {
       if (!*file) continue;
       (*file)->commit();
       written.push_back((*file)->path());
@@ -150,6 +162,14 @@ class Outputs {
   }
 
  private:
+  void add_to_replay(const simulation::Simulation& s) {
+    const simulation::Snapshot now = s.snapshot();
+    replay_->add(now, events_.observe(now, s.outcome(), s.incidents()));
+  }
+  std::string replay_page(const simulation::Simulation& s, const outcome::Outcome& outcome) const {
+    return apps::make_page("replay", "{\"version\":\"" TRAIN_DERAIL_VERSION "\",\"runs\":[" +
+                                         replay_->document(name_, outcome, s.touches()) + "]}");
+  }
   void open(const std::optional<std::string>& path, std::optional<files::OutputFile>& file) {
     if (!path) return;
     file.emplace(*path, existing_, &apps::stop);
@@ -157,7 +177,10 @@ class Outputs {
   }
 
   files::Existing existing_;
-  std::optional<files::OutputFile> csv_, incidents_, json_, checkpoint_;
+  const std::string name_;  // of the run, if its scenario has no title
+  std::optional<files::OutputFile> csv_, incidents_, json_, checkpoint_, html_;
+  std::optional<scene::Replay> replay_;
+  scene::EventDetector events_{scene::kEventCouplerForce};
   bool saved_ = false;
   std::unique_ptr<apps::BagOutput> bag_;
   std::vector<std::string> paths_;
@@ -174,8 +197,9 @@ int run(const RunArguments& a) {
   const inputs::Scenario scenario = read(a);
   if (a.seeds > 0) {
     apps::say_warnings(scenario, apps::overrides(a.set));
-    for (const auto& [option, value] : {std::pair("--bag", a.bag), std::pair("--incidents", a.incidents),
-                                        std::pair("--from", a.from), std::pair("--checkpoint", a.checkpoint)}) {
+    for (const auto& [option, value] :
+         {std::pair("--bag", a.bag), std::pair("--html", a.html), std::pair("--incidents", a.incidents),
+          std::pair("--from", a.from), std::pair("--checkpoint", a.checkpoint)}) {
       if (value)
         throw inputs::InputError("command line", option, *value, "records one run, but --seeds asks for many",
                                  "one of the two");
@@ -310,6 +334,8 @@ int command_line(int argc, char** argv) {
   apps::add_path(run_command, "--incidents", a.incidents,
                  "Write the incidents as CSV: trucks off the rails, broken couplers, impacts; - is standard output");
   apps::add_path(run_command, "--bag", a.bag, "Record what the node would publish; a folder: named by date");
+  apps::add_path(run_command, "--html", a.html,
+                 "Write one page that replays the run in any browser, without a network (docs/replay_page.md)");
   apps::add_path(run_command, "--checkpoint", a.checkpoint,
                  "Save the run at --checkpoint-time, to go on from there later; only with solver.method semi_implicit");
   run_command->add_option(

@@ -2,13 +2,31 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <visualization_msgs/Marker.h>
 
-#include "train_derail/ros/car_shape.hpp"
-#include "train_derail/ros/palette.hpp"
+#include "train_derail/scene/car_shape.hpp"
+#include "train_derail/scene/palette.hpp"
 
 namespace train_derail::ros_face {
+
+using namespace scene;
+
+inline geometry_msgs::Point message_point(double x, double y, double z) {
+  geometry_msgs::Point p;
+  p.x = x;
+  p.y = y;
+  p.z = z;
+  return p;
+}
+
+inline std::vector<geometry_msgs::Point> to_message(const Points& points) {
+  std::vector<geometry_msgs::Point> all;
+  all.reserve(points.size());
+  for (const Point& p : points) all.push_back(message_point(p.x, p.y, p.z));
+  return all;
+}
 
 inline std_msgs::ColorRGBA colour(Rgb rgb) {
   std_msgs::ColorRGBA c;

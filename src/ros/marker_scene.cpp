@@ -6,7 +6,8 @@
 #include <fmt/format.h>
 
 #include "marker_parts.hpp"
-#include "painted_text.hpp"
+#include "train_derail/scene/marks.hpp"
+#include "train_derail/scene/painted_text.hpp"
 
 namespace train_derail::ros_face {
 
@@ -15,26 +16,14 @@ namespace {
 constexpr char kBodies[] = "cars", kParts[] = "car_parts", kFront[] = "couplers_front", kRear[] = "couplers_rear",
                kTouches[] = "touches";
 
-constexpr Rgb kInk{18, 18, 20}, kStarRim{255, 235, 120};
-
-// All lengths in m.
-constexpr double kNumberHeight = 1.7, kBarWidth = 0.5, kBarSpacing = 1.0;
-constexpr double kArrowLengthMin = 1.8, kArrowLengthStep = 0.5, kArrowWidth = 1.3, kArrowHeight = 0.4;
-constexpr double kDrawbar = 0.35;
-/// Bodies may lie across each other where nothing keeps them apart: small steps in height keep roofs from flickering.
-constexpr int kLayers = 32;
-constexpr double kLayerStep = 0.03;
-constexpr double kAboveRoofs = kRoofHeight + kLayerStep * kLayers;
 /// Of a force's class, so that noise at a limit does not change the arrow all the time.
 constexpr double kHysteresis = 0.1;
 constexpr double kForcesInterval = 0.1;  // simulated [s]
 
-constexpr double kFlashTime = 1.0;  // simulated [s]
 constexpr int kFlashSteps = 5;
 constexpr double kSpeedTextMin = 1.0;  // slower touches have no text [m/s]
 constexpr double kTextHeight = 2.6, kTextClearX = 24.0, kTextClearY = 5.0;
 constexpr std::size_t kTextsMax = 6;
-constexpr double kStarMin = 1.5, kStarPerSpeed = 0.5, kStarMax = 8.0;  // radius [m], [m per m/s], [m]
 
 void add_rectangle(Points& points, double x0, double x1, double half_width, double z) {
   add_quad(points, make_point(x1, -half_width, z), make_point(x1, half_width, z), make_point(x0, half_width, z),
@@ -72,8 +61,8 @@ MarkerScene::MarkerScene(const inputs::Scenario& scenario, const std::vector<mod
     paint_text(shape.dark, number, kNumberHeight, kRoofHeight + 0.06);
     // Drawbars, up to the middle of the couplers.
     const double half = 0.5 * cars_[i].length, end = half + 0.5 * scenario.coupler.length;
-    if (i > 0) add_rectangle(shape.dark, half, end, kDrawbar, 0.9);
-    if (i + 1 < cars_.size()) add_rectangle(shape.dark, -end, -half, kDrawbar, 0.9);
+    if (i > 0) add_rectangle(shape.dark, half, end, kDrawbar, kDrawbarHeight);
+    if (i + 1 < cars_.size()) add_rectangle(shape.dark, -end, -half, kDrawbar, kDrawbarHeight);
     shapes_.push_back(std::move(shape));
   }
 }
@@ -101,7 +90,7 @@ void MarkerScene::update(const simulation::Snapshot& now, const std::vector<outc
 visualization_msgs::Marker MarkerScene::body(std::size_t car) const {
   Marker m = make_triangles(frames_.car(static_cast<int>(car) + 1), kBodies, static_cast<int>(car) + 1,
                             facts_of(now_[car].look).colour);
-  m.points = shapes_[car].body;
+  m.points = to_message(shapes_[car].body);
   m.pose.position.z = kLayerStep * static_cast<double>(car % kLayers);
   m.frame_locked = 1;
   return m;
@@ -110,19 +99,20 @@ visualization_msgs::Marker MarkerScene::body(std::size_t car) const {
 visualization_msgs::Marker MarkerScene::parts(std::size_t car) const {
   const Shown& shown = now_[car];
   Marker m = make_triangles(frames_.car(static_cast<int>(car) + 1), kParts, static_cast<int>(car) + 1, kInk);
-  m.points = shapes_[car].dark;
+  Points points = shapes_[car].dark;
   const CarShape& shape = shapes_[car];
   const double half = shape.top_end, width = shape.top_half_width, z = shape.top + 0.02;
   const int bars = facts_of(shown.look).bars;
   for (int i = 0; i < bars; ++i) {
     const double x = 0.5 * half + kBarSpacing * (i - 0.5 * (bars - 1));
     for (const double side : {-1.0, 1.0}) {
-      add_rectangle(m.points, side * x - 0.5 * kBarWidth, side * x + 0.5 * kBarWidth, width, z);
+      add_rectangle(points, side * x - 0.5 * kBarWidth, side * x + 0.5 * kBarWidth, width, z);
     }
   }
   // The end of the roof is black.
-  if (shown.front_broken) add_rectangle(m.points, 0.88 * half, half, width, z);
-  if (shown.rear_broken) add_rectangle(m.points, -half, -0.88 * half, width, z);
+  if (shown.front_broken) add_rectangle(points, 0.88 * half, half, width, z);
+  if (shown.rear_broken) add_rectangle(points, -half, -0.88 * half, width, z);
+  m.points = to_message(points);
   m.pose.position.z = kLayerStep * static_cast<double>(car % kLayers);
   m.frame_locked = 1;
   return m;
@@ -217,24 +207,24 @@ visualization_msgs::MarkerArray MarkerScene::whole_on_empty() const {
 
 MarkerScene::Flash MarkerScene::make_flash(const outcome::FirstTouch& touch, int id, int step, bool told) const {
   const double age = static_cast<double>(step) / kFlashSteps;
-  const double radius = std::clamp(kStarPerSpeed * touch.speed, kStarMin, kStarMax) * (1.0 - 0.7 * age);
+  const double radius = star_radius(touch.speed) * (1.0 - 0.7 * age);
   Flash flash;
   flash.step = step;
   flash.star = make_triangles(frames_.world, kTouches, id, kStarRim);
-  flash.star.pose.position = make_point(touch.x, touch.y, kAboveRoofs + 0.6);
+  flash.star.pose.position = message_point(touch.x, touch.y, kAboveRoofs + 0.6);
   constexpr int kRays = 8;
   for (int i = 0; i < 2 * kRays; ++i) {
     const auto corner = [&](int k) {
       const double r = radius * (k % 2 == 0 ? 1.0 : 0.4), angle = k * 3.14159265358979323846 / kRays;
-      return make_point(r * std::cos(angle), r * std::sin(angle), 0.0);
+      return message_point(r * std::cos(angle), r * std::sin(angle), 0.0);
     };
-    flash.star.points.insert(flash.star.points.end(), {make_point(0.0, 0.0, 0.0), corner(i), corner(i + 1)});
+    flash.star.points.insert(flash.star.points.end(), {message_point(0.0, 0.0, 0.0), corner(i), corner(i + 1)});
   }
   if (told) {
     flash.text = make_text(frames_.world, kTouches, id + 1, kTextHeight);
     flash.text->text = speed_text(touch.speed);
     flash.text->color.a = static_cast<float>(1.0 - 0.7 * age);
-    flash.text->pose.position = make_point(touch.x, touch.y, kAboveRoofs + kTextHeight);
+    flash.text->pose.position = message_point(touch.x, touch.y, kAboveRoofs + kTextHeight);
   }
   return flash;
 }

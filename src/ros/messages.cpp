@@ -6,8 +6,8 @@
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/outcome/fields.hpp"
-#include "train_derail/ros/car_shape.hpp"
 #include "train_derail/ros/message_fields.hpp"
+#include "train_derail/scene/car_shape.hpp"
 #include "train_derail/simulation/fields.hpp"
 
 namespace train_derail::ros_face {
@@ -195,6 +195,14 @@ Inputs to_message(const inputs::Scenario& s, const std::vector<model::Car>& cars
   m.seed = s.initial.perturbation.seed;
   return m;
 }
+
+static_assert(int{kCarPastPod} == int{Event::CAR_PAST_POD});
+static_assert(int{kCarOffTrack} == int{Event::CAR_OFF_TRACK});
+static_assert(int{kContact} == int{Event::CONTACT});
+static_assert(int{kCouplerPeak} == int{Event::COUPLER_PEAK});
+static_assert(int{kEnd} == int{Event::END});
+static_assert(int{kCarDerailed} == int{Event::CAR_DERAILED});
+static_assert(int{kCouplerBroken} == int{Event::COUPLER_BROKEN});
 
 Event to_message(const Occurrence& o, const std_msgs::Header& header, std::uint32_t run_id) {
   Event m;

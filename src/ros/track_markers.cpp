@@ -1,211 +1,38 @@
 #include "train_derail/ros/track_markers.hpp"
 
 #include <algorithm>
-#include <cmath>
-
-#include <fmt/format.h>
 
 #include "marker_parts.hpp"
-#include "painted_text.hpp"
-#include "train_derail/model/terrain.hpp"
-#include "train_derail/model/track.hpp"
+#include "train_derail/scene/track_picture.hpp"
 
 namespace train_derail::ros_face {
 
-namespace {
-
 using visualization_msgs::Marker;
-
-// All lengths in m.
-constexpr double kGauge = 1.435, kRailWidth = 0.15, kRailHeight = 0.25;  // rails are drawn twice as wide as they are
-constexpr double kTieSpacing = 0.5, kTieLength = 2.6, kTieWidth = 0.23, kTieHeight = 0.12;
-constexpr double kTiesAhead = 200.0, kTiesBehind = 400.0;
-constexpr double kBallastTop = 1.8, kBallastFoot = 3.2, kBallastHeight = 0.06;
-constexpr double kTrackPiece = 10.0;  // longest straight piece of a drawn curve
-constexpr double kRollOn = 25.0;      // s: at their initial speed, cars ahead of the point stay on the drawn track
-constexpr double kGroundBeyond = 3000.0;
-constexpr double kGroundBesideCurve = 150.0;  // sharper curves would fold it
-constexpr double kRulerReach = 45.0, kRulerWidth = 0.25, kRulerHeight = 0.03, kRulerText = 5.0;
-constexpr double kRulerAhead = 400.0;
-constexpr double kFoot = 0.3048;
-constexpr double kPodWidth = 0.6, kPodHeight = kRailHeight + 0.05, kPodTextHeight = 3.0;
-
-constexpr Rgb kGround{124, 130, 108}, kBallast{150, 146, 138}, kTie{66, 50, 38}, kRail{196, 198, 204},
-    kRuler{178, 184, 164}, kPod{255, 255, 255};
-
-/// Arc lengths from rear to front between which the track may be drawn straight.
-std::vector<double> stations(const std::vector<inputs::Curve>& curves, double rear, double front) {
-  std::vector<double> all{rear};
-  for (const inputs::Curve& curve : curves) {
-    const int pieces = std::max(1, static_cast<int>(std::ceil(curve.length / kTrackPiece)));
-    for (int i = 0; i <= pieces; ++i) {
-      const double s = curve.start + curve.length * i / pieces;
-      if (s > all.back() && s < front) all.push_back(s);
-    }
-  }
-  all.push_back(front);
-  return all;
-}
-
-/// Point of the track, `along` and `left` of it.
-geometry_msgs::Point beside(const model::Track::Node& node, double along, double left, double z) {
-  return make_point(node.point.x() + along * node.tangent.x() - left * node.tangent.y(),
-                    node.point.y() + along * node.tangent.y() + left * node.tangent.x(), z);
-}
-
-/// The ground across the track. Heights here are above the ballast, or the crown where no ballast stands out.
-struct Ground {
-  explicit Ground(const inputs::Terrain& t) : terrain(t) {
-    if (t.ballast_height > 0.0) {
-      ballast_top = t.ballast_half_width;
-      ballast_foot = ballast_top + t.ballast_height / t.ballast_slope;
-    }
-    for (const double side : {-1.0, 1.0}) {
-      const double bank = std::abs(side < 0.0 ? t.bank_right : t.bank_left);
-      if (bank > 0.0) bends.insert(bends.end(), {side * t.crown, side * (t.crown + bank / t.bank_slope)});
-      if (t.ballast_height > 0.0) bends.insert(bends.end(), {side * ballast_top, side * ballast_foot});
-    }
-    std::sort(bends.begin(), bends.end());
-  }
-  double height(double left) const { return model::ground_height(terrain, left).z + terrain.rail_height; }
-  /// Offsets from `right` to `left` between which the ground is straight.
-  std::vector<double> between(double right, double left) const {
-    std::vector<double> all{right};
-    for (const double bend : bends) {
-      if (bend > right && bend < left) all.push_back(bend);
-    }
-    all.push_back(left);
-    return all;
-  }
-  bool level() const { return bends.empty(); }
-
-  inputs::Terrain terrain;
-  double ballast_top = kBallastTop, ballast_foot = kBallastFoot;  // offsets where its sides begin and end
-  std::vector<double> bends;                                      // offsets, left positive, rising
-};
-
-/// A strip across the track from `right` to `left`, `z` above the ground.
-void add_across(Points& points, const Ground& ground, const model::Track::Node& at, double right, double left,
-                double width, double z) {
-  const double half = 0.5 * width;
-  const std::vector<double> offsets = ground.between(right, left);
-  for (std::size_t i = 0; i + 1 < offsets.size(); ++i) {
-    const double a = offsets[i], b = offsets[i + 1], z_a = z + ground.height(a), z_b = z + ground.height(b);
-    add_quad(points, beside(at, -half, a, z_a), beside(at, half, a, z_a), beside(at, half, b, z_b),
-             beside(at, -half, b, z_b));
-  }
-}
-
-/// A strip along the track between two offsets.
-void add_strip(Points& points, const model::Track::Node& from, const model::Track::Node& to, double right, double left,
-               double z_right, double z_left) {
-  add_quad(points, beside(from, 0.0, right, z_right), beside(to, 0.0, right, z_right), beside(to, 0.0, left, z_left),
-           beside(from, 0.0, left, z_left));
-}
-
-/// Lines across the ground on one side, each with its distance from the point of derailment.
-void add_ruler(Points& points, const Ground& ground, const model::Track& track, double rear, double front, double unit,
-               int step, bool left, const char* name) {
-  const double side = left ? 1.0 : -1.0;
-  const int first = static_cast<int>(std::ceil(rear / (unit * step))),
-            last = static_cast<int>(std::floor(front / (unit * step)));
-  for (int i = first; i <= last; ++i) {
-    const model::Track::Node at = track.at(i * unit * step);
-    const double inner = side * ground.ballast_foot, outer = side * kRulerReach;
-    add_across(points, ground, at, std::min(inner, outer), std::max(inner, outer), kRulerWidth, kRulerHeight);
-    Points text;
-    paint_text(text, fmt::format("{} {}", i * step, name), kRulerText, kRulerHeight);
-    for (const geometry_msgs::Point& p : text) {
-      const double left_of = p.y + side * (kRulerReach + kRulerText);
-      points.push_back(beside(at, p.x, left_of, p.z + ground.height(left_of)));
-    }
-  }
-}
-
-/// Level ground as far as one sees, or banks along the track as far as they are not too far from it.
-void add_ground(Points& points, const Ground& ground, const model::Track& track, const std::vector<double>& stations) {
-  const double rear = stations.front(), front = stations.back();
-  if (ground.level()) {
-    add_quad(points, make_point(rear - kGroundBeyond, -kGroundBeyond, 0.0),
-             make_point(front + kGroundBeyond, -kGroundBeyond, 0.0),
-             make_point(front + kGroundBeyond, kGroundBeyond, 0.0),
-             make_point(rear - kGroundBeyond, kGroundBeyond, 0.0));
-    return;
-  }
-  const double reach = std::max(track.straight() ? kGroundBeyond : kGroundBesideCurve,
-                                std::max(-ground.bends.front(), ground.bends.back()) + kRulerReach);
-  const std::vector<double> offsets = ground.between(-reach, reach);
-  std::vector<model::Track::Node> nodes;
-  for (const double s : stations) nodes.push_back(track.at(s));
-  nodes.front().point -= kGroundBeyond * nodes.front().tangent;
-  nodes.back().point += kGroundBeyond * nodes.back().tangent;
-  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
-    for (std::size_t j = 0; j + 1 < offsets.size(); ++j) {
-      add_strip(points, nodes[i], nodes[i + 1], offsets[j], offsets[j + 1], ground.height(offsets[j]),
-                ground.height(offsets[j + 1]));
-    }
-  }
-}
-
-}  // namespace
 
 visualization_msgs::MarkerArray track_markers(const inputs::Scenario& scenario, const std::vector<model::Car>& cars,
                                               const std::string& world) {
-  double train_length = static_cast<double>(cars.size() - 1) * scenario.coupler.length;
-  for (const model::Car& car : cars) train_length += car.length;
-  double front = std::max(120.0, 0.15 * train_length);
-  const double rear = -train_length - 30.0;
-  if (scenario.initial.cars_ahead > 0) {
-    front += kRollOn * scenario.initial.speed;
-    for (int i = 0; i < scenario.initial.cars_ahead; ++i) front += cars[static_cast<std::size_t>(i)].length;
-  }
-  const model::Track track(scenario, rear, front);
-
+  const TrackPicture picture = track_picture(scenario, cars);
+  const auto triangles = [&world](const char* ns, int id, Rgb colour, const Points& points) {
+    Marker m = make_triangles(world, ns, id, colour);
+    m.points = to_message(points);
+    return m;
+  };
   Marker clear = make_deletion(world, "", 0);
   clear.action = Marker::DELETEALL;
-  Marker ground = make_triangles(world, "ground", 0, kGround);
-  Marker ballast = make_triangles(world, "track", 0, kBallast);
-  Marker ties = make_triangles(world, "track", 1, kTie);
-  Marker rails = make_triangles(world, "track", 2, kRail);
-  Marker ruler = make_triangles(world, "ruler", 0, kRuler);
-  Marker pod = make_triangles(world, "point_of_derailment", 0, kPod);
   Marker pod_name = make_text(world, "point_of_derailment", 1, kPodTextHeight);
-
-  const Ground terrain(scenario.terrain);
-  const std::vector<double> s = stations(scenario.track.curves, rear, front);
-  add_ground(ground.points, terrain, track, s);
-  for (std::size_t i = 0; i + 1 < s.size(); ++i) {
-    const model::Track::Node from = track.at(s[i]), to = track.at(s[i + 1]);
-    const double top = terrain.ballast_top, foot = terrain.ballast_foot;
-    add_strip(ballast.points, from, to, -foot, -top, terrain.height(-foot), kBallastHeight);
-    add_strip(ballast.points, from, to, -top, top, kBallastHeight, kBallastHeight);
-    add_strip(ballast.points, from, to, top, foot, kBallastHeight, terrain.height(foot));
-    for (const double left : {-0.5 * kGauge, 0.5 * kGauge}) {
-      add_strip(rails.points, from, to, left - 0.5 * kRailWidth, left + 0.5 * kRailWidth, kRailHeight, kRailHeight);
-    }
-  }
-  for (int i = static_cast<int>(-kTiesBehind / kTieSpacing); i * kTieSpacing <= kTiesAhead; ++i) {
-    const double at = i * kTieSpacing;
-    if (at < rear || at > front) continue;
-    add_across(ties.points, terrain, track.at(at), -0.5 * kTieLength, 0.5 * kTieLength, kTieWidth, kTieHeight);
-  }
-  const double ruler_front = std::min(front, kRulerAhead);
-  add_ruler(ruler.points, terrain, track, rear, ruler_front, 1.0, 50, true, "m");
-  add_ruler(ruler.points, terrain, track, rear, ruler_front, kFoot, 100, false, "ft");
-  const model::Track::Node origin = track.at(0.0);
-  add_across(pod.points, terrain, origin, -kRulerReach, kRulerReach, kPodWidth, kPodHeight);
   pod_name.text = "point of derailment";
-  // Beyond the numbers of the ruler.
-  pod_name.pose.position = beside(origin, 0.0, -kRulerReach - 3.0 * kRulerText, 0.5 * kPodTextHeight);
+  pod_name.pose.position = message_point(picture.pod_name.x, picture.pod_name.y, picture.pod_name.z);
 
-  // In space the top of the rails is at height 0; models of the plane leave the ground there.
-  if (inputs::model_of(scenario) == inputs::Model::spatial) {
-    for (Marker* m : {&ground, &ballast, &ties, &rails, &ruler, &pod, &pod_name}) {
-      m->pose.position.z -= scenario.terrain.rail_height;
-    }
-  }
   visualization_msgs::MarkerArray all;
-  all.markers = {clear, ground, ballast, ties, rails, ruler, pod, pod_name};
+  all.markers = {clear,
+                 triangles("ground", 0, kGround, picture.ground),
+                 triangles("track", 0, kBallast, picture.ballast),
+                 triangles("track", 1, kTie, picture.ties),
+                 triangles("track", 2, kRail, picture.rails),
+                 triangles("ruler", 0, kRuler, picture.ruler),
+                 triangles("point_of_derailment", 0, kPod, picture.pod),
+                 pod_name};
+  for (auto m = all.markers.begin() + 1; m != all.markers.end(); ++m) m->pose.position.z += picture.height;
   all.markers.erase(std::remove_if(all.markers.begin() + 1, all.markers.end(),
                                    [](const Marker& m) { return m.type == Marker::TRIANGLE_LIST && m.points.empty(); }),
                     all.markers.end());

@@ -85,7 +85,7 @@ void add_outcome(const NodeView& view, std::vector<Statement>& all) {
   const Outcome* o = outcome_of(view);
   const double now = view.cars->time + kSameMoment;
   if (o != nullptr && o->impacts > 0 && o->stop_time <= now) all.push_back({count(o->impacts, "impact")});
-  if (const Peak peak = peak_of(view); peak.force >= ros_face::kForceSteps.front()) {
+  if (const Peak peak = peak_of(view); peak.force >= scene::kForceSteps.front()) {
     all.push_back({fmt::format("peak force {}, {}, coupler {}", both(peak.force, fields::kForce),
                                peak.buff ? "buff" : "draft", peak.coupler)});
   }
@@ -97,8 +97,8 @@ void add_outcome(const NodeView& view, std::vector<Statement>& all) {
 
 }  // namespace
 
-ros_face::Look look_of(const CarState& car, bool rails_yield) {
-  return ros_face::look_of(rails_yield, car.past_pod, car.off_track, static_cast<model::Cause>(car.cause));
+scene::Look look_of(const CarState& car, bool rails_yield) {
+  return scene::look_of(rails_yield, car.past_pod, car.off_track, static_cast<model::Cause>(car.cause));
 }
 
 Strip make_strip(const NodeView& view) {
@@ -131,7 +131,7 @@ Entries entries_now(const NodeView& view) {
     for (const CouplerForce& coupler : view.couplers->couplers) {
       if (coupler.broken) {
         entries.add_broken();
-      } else if (const int force_class = ros_face::force_class(coupler.axial_force); force_class != 0) {
+      } else if (const int force_class = scene::force_class(coupler.axial_force); force_class != 0) {
         entries.add_force(force_class);
       }
     }
@@ -153,7 +153,7 @@ void Legend::use(const Entries& entries, std::uint32_t run_id, double now) {
 }
 
 std::pair<std::string, std::string> force_limit(int k) {
-  const double force = ros_face::kForceSteps[static_cast<std::size_t>(k)];
+  const double force = scene::kForceSteps[static_cast<std::size_t>(k)];
   return {fmt::format("{:.0f}", force / inputs::kKip), fmt::format("{:.0f}", force / 1000.0)};
 }
 

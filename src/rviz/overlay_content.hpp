@@ -7,7 +7,7 @@
 
 #include "rviz/framing.hpp"
 #include "rviz/node_link.hpp"
-#include "train_derail/ros/palette.hpp"
+#include "train_derail/scene/palette.hpp"
 
 namespace train_derail::rviz_panel {
 
@@ -38,23 +38,23 @@ Strip make_strip(const NodeView& view);
 /// Entries of the legend.
 class Entries {
  public:
-  void add(ros_face::Look look) { bits_.set(static_cast<std::size_t>(look)); }
-  void add_force(int force_class) { bits_.set(ros_face::kLooks + slot(force_class)); }
+  void add(scene::Look look) { bits_.set(static_cast<std::size_t>(look)); }
+  void add_force(int force_class) { bits_.set(scene::kLooks + slot(force_class)); }
   void add_broken() { bits_.set(kBroken); }
   void add_impact() { bits_.set(kImpact); }
   void add(const Entries& others) { bits_ |= others.bits_; }
 
-  bool has(ros_face::Look look) const { return bits_.test(static_cast<std::size_t>(look)); }
-  bool has_force(int force_class) const { return bits_.test(ros_face::kLooks + slot(force_class)); }
+  bool has(scene::Look look) const { return bits_.test(static_cast<std::size_t>(look)); }
+  bool has_force(int force_class) const { return bits_.test(scene::kLooks + slot(force_class)); }
   bool has_broken() const { return bits_.test(kBroken); }
   bool has_impact() const { return bits_.test(kImpact); }
   bool empty() const { return bits_.none(); }
   bool operator==(const Entries& o) const { return bits_ == o.bits_; }
 
  private:
-  static constexpr std::size_t kForces = 2 * ros_face::kForceClasses + 1;
-  static constexpr std::size_t kBroken = ros_face::kLooks + kForces, kImpact = kBroken + 1;
-  static std::size_t slot(int force_class) { return static_cast<std::size_t>(force_class + ros_face::kForceClasses); }
+  static constexpr std::size_t kForces = 2 * scene::kForceClasses + 1;
+  static constexpr std::size_t kBroken = scene::kLooks + kForces, kImpact = kBroken + 1;
+  static std::size_t slot(int force_class) { return static_cast<std::size_t>(force_class + scene::kForceClasses); }
 
   std::bitset<kImpact + 1> bits_;
 };
@@ -80,13 +80,13 @@ class Legend {
 };
 
 /// Returns the limits of a class of forces without its unit, e.g. {"200", "890"}: in kip and in kN. `k`: of
-/// ros_face::kForceSteps.
+/// scene::kForceSteps.
 std::pair<std::string, std::string> force_limit(int k);
 
 /// A car on the map.
 struct MapCar {
   double x, y, heading;  // [m], [m], [rad]
-  ros_face::Look look;
+  scene::Look look;
 };
 
 /// The train from above, along the line from the last car to the first.
@@ -114,6 +114,6 @@ struct ScaleBar {
 ScaleBar scale_bar(double most);
 
 /// What a car of this message is.
-ros_face::Look look_of(const CarState& car, bool rails_yield);
+scene::Look look_of(const CarState& car, bool rails_yield);
 
 }  // namespace train_derail::rviz_panel

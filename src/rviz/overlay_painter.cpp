@@ -16,7 +16,7 @@ namespace train_derail::rviz_panel {
 
 namespace {
 
-using ros_face::Look;
+using scene::Look;
 
 const QColor kPlate(16, 20, 26, 208);
 const QColor kText(255, 255, 255);
@@ -39,7 +39,7 @@ QFont font_of(double text, bool bold) {
 
 QString to_qt(const std::string& text) { return QString::fromStdString(text); }
 QString to_qt(std::string_view text) { return QString::fromUtf8(text.data(), static_cast<int>(text.size())); }
-QColor to_qt(const ros_face::Rgb& c) { return {c.r, c.g, c.b}; }
+QColor to_qt(const scene::Rgb& c) { return {c.r, c.g, c.b}; }
 
 double width_of(const QString& text, const QFont& font) { return QFontMetricsF(font).horizontalAdvance(text); }
 
@@ -83,7 +83,7 @@ struct Item {
 
 /// A car from above with the bars across its roof.
 void draw_car(QPainter& p, const QRectF& box, Look look) {
-  const ros_face::LookFacts& facts = facts_of(look);
+  const scene::LookFacts& facts = facts_of(look);
   p.setPen(QPen(kText, std::max(1.0, 0.06 * box.height())));
   p.setBrush(to_qt(facts.colour));
   p.drawRect(box);
@@ -98,7 +98,7 @@ void draw_car(QPainter& p, const QRectF& box, Look look) {
 
 /// The two ends, apart.
 void draw_broken(QPainter& p, const QRectF& box) {
-  for (const auto& [colour, width] : {std::pair(kText, 0.46), std::pair(to_qt(ros_face::kBrokenColour), 0.24)}) {
+  for (const auto& [colour, width] : {std::pair(kText, 0.46), std::pair(to_qt(scene::kBrokenColour), 0.24)}) {
     p.setPen(QPen(colour, width * box.height(), Qt::SolidLine, Qt::SquareCap));
     for (const double side : {-1.0, 1.0}) {
       const double tip = box.center().x() + side * 0.16 * box.width(), tail = tip + side * 0.24 * box.width();
@@ -122,7 +122,7 @@ void draw_star(QPainter& p, const QRectF& box) {
 /// Two arrows: away from each other in draft, towards each other in buff.
 void draw_arrows(QPainter& p, const QRectF& box, bool buff) {
   p.setPen(QPen(kText, std::max(1.0, 0.05 * box.height())));
-  p.setBrush(to_qt(ros_face::force_colour(buff ? 4 : -4)));
+  p.setBrush(to_qt(scene::force_colour(buff ? 4 : -4)));
   for (const double side : {-1.0, 1.0}) {
     const double inner = box.center().x() + side * 0.06 * box.width(), outer = inner + side * 0.36 * box.width();
     const double tip = buff ? inner : outer, tail = buff ? outer : inner;
@@ -176,7 +176,7 @@ class Flow {
 class ForceBoxes {
  public:
   ForceBoxes(const Entries& entries, double text) : text_(text), font_(font_of(0.92 * text, false)) {
-    for (int k = -ros_face::kForceClasses; k <= ros_face::kForceClasses; ++k) {
+    for (int k = -scene::kForceClasses; k <= scene::kForceClasses; ++k) {
       if (!entries.has_force(k)) continue;
       if (!any_) first_ = k;
       last_ = k;
@@ -197,13 +197,13 @@ class ForceBoxes {
     const double kip = y + 0.95 * text_, kn = kip + 1.15 * text_;
     for (int k = first_; k <= last_; ++k) {
       p.setPen(QPen(QColor(90, 96, 104), std::max(1.0, 0.06 * text_)));
-      p.setBrush(to_qt(ros_face::force_colour(k)));
+      p.setBrush(to_qt(scene::force_colour(k)));
       p.drawRect(QRectF(left + (k - first_) * box_, y, box_, high));
     }
     // Between two classes: that of the one farther from none. The last class has no end.
     for (int edge = first_; edge <= last_ + 1; ++edge) {
       const int k = edge > 0 ? edge - 1 : -edge;
-      if (k >= ros_face::kForceClasses) continue;
+      if (k >= scene::kForceClasses) continue;
       const auto limit = force_limit(k);
       const double middle = left + (edge - first_) * box_;
       for (const auto& [words, line] : {std::pair(limit.first, kip), std::pair(limit.second, kn)}) {
@@ -275,7 +275,7 @@ QImage paint_strip(const Strip& strip, const Space& space) {
 QImage paint_legend(const Entries& entries, const Space& space) {
   if (entries.empty()) return {};
   std::vector<Item> items;
-  for (std::size_t i = 0; i < ros_face::kLooks; ++i) {
+  for (std::size_t i = 0; i < scene::kLooks; ++i) {
     const Look look = static_cast<Look>(i);
     if (!entries.has(look)) continue;
     items.push_back({[look](QPainter& p, const QRectF& box) { draw_car(p, box, look); }, to_qt(facts_of(look).words)});

@@ -13,7 +13,7 @@
 #include "train_derail/Impacts.h"
 #include "train_derail/Inputs.h"
 #include "train_derail/inputs/reader.hpp"
-#include "train_derail/ros/palette.hpp"
+#include "train_derail/scene/palette.hpp"
 
 namespace train_derail::test {
 namespace {
@@ -149,10 +149,10 @@ TEST_F(Accident, BrokenCouplersAreMarkedAndCarryNothing) {
     shown = {};
     for (const auto& array : markers->messages) shown.receive(array);
     return std::all_of(cars->last().cars.begin(), cars->last().cars.end(), [&](const CarState& car) {
-      const ros_face::Look look =
-          ros_face::look_of(true, car.past_pod != 0, car.off_track != 0, static_cast<model::Cause>(car.cause));
+      const scene::Look look =
+          scene::look_of(true, car.past_pod != 0, car.off_track != 0, static_cast<model::Cause>(car.cause));
       const visualization_msgs::Marker* body = shown.find("cars", static_cast<int>(car.number));
-      return body != nullptr && std::abs(body->color.r - ros_face::facts_of(look).colour.r / 255.0) < 1e-6;
+      return body != nullptr && std::abs(body->color.r - scene::facts_of(look).colour.r / 255.0) < 1e-6;
     });
   };
   EXPECT_TRUE(wait_for(all_there));
@@ -161,14 +161,14 @@ TEST_F(Accident, BrokenCouplersAreMarkedAndCarryNothing) {
     EXPECT_FALSE(shown.find("couplers_rear", static_cast<int>(i) + 1)) << i;
     EXPECT_FALSE(shown.find("couplers_front", static_cast<int>(i) + 2)) << i;
   }
-  std::set<ros_face::Look> looks;
+  std::set<scene::Look> looks;
   for (const CarState& car : cars->last().cars) {
-    const ros_face::Look look =
-        ros_face::look_of(true, car.past_pod != 0, car.off_track != 0, static_cast<model::Cause>(car.cause));
+    const scene::Look look =
+        scene::look_of(true, car.past_pod != 0, car.off_track != 0, static_cast<model::Cause>(car.cause));
     const visualization_msgs::Marker* body = shown.find("cars", static_cast<int>(car.number));
     ASSERT_TRUE(body) << car.number;
-    EXPECT_NEAR(body->color.r, ros_face::facts_of(look).colour.r / 255.0, 1e-6) << car.number;
-    EXPECT_NEAR(body->color.b, ros_face::facts_of(look).colour.b / 255.0, 1e-6) << car.number;
+    EXPECT_NEAR(body->color.r, scene::facts_of(look).colour.r / 255.0, 1e-6) << car.number;
+    EXPECT_NEAR(body->color.b, scene::facts_of(look).colour.b / 255.0, 1e-6) << car.number;
     looks.insert(look);
   }
   EXPECT_EQ(looks.size(), 4U) << "on the track, and derailed in three ways";

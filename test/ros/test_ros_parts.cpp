@@ -13,7 +13,6 @@
 #include "train_derail/Event.h"
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/ros/command_queue.hpp"
-#include "train_derail/ros/event_detector.hpp"
 #include "train_derail/ros/frames.hpp"
 #include "train_derail/ros/message_fields.hpp"
 #include "train_derail/ros/messages.hpp"
@@ -23,6 +22,7 @@
 #include "train_derail/ros/run_history.hpp"
 #include "train_derail/ros/sim_clock.hpp"
 #include "train_derail/ros/topics.hpp"
+#include "train_derail/scene/event_detector.hpp"
 #include "train_derail/simulation/fields.hpp"
 
 namespace train_derail::ros_face {

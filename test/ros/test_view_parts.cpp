@@ -240,7 +240,7 @@ TEST_F(Overlay, WhatComesLaterThanTheMomentShownIsNotNamed) {
 }
 
 TEST_F(Overlay, TheLegendHasWhatIsInUse) {
-  using ros_face::Look;
+  using scene::Look;
   cars.cars[0].cause = CarState::POD;
   cars.cars[1].cause = CarState::TORN_TRACK;
   couplers.couplers[0].broken = true;
@@ -252,7 +252,7 @@ TEST_F(Overlay, TheLegendHasWhatIsInUse) {
   EXPECT_FALSE(entries.has(Look::by_lateral) || entries.has(Look::past_point) || entries.has(Look::off_track));
   EXPECT_TRUE(entries.has_broken());
   EXPECT_FALSE(entries.has_impact());
-  for (int k = -ros_face::kForceClasses; k <= ros_face::kForceClasses; ++k) EXPECT_EQ(entries.has_force(k), k == -1);
+  for (int k = -scene::kForceClasses; k <= scene::kForceClasses; ++k) EXPECT_EQ(entries.has_force(k), k == -1);
   EXPECT_EQ(force_limit(0), (std::pair<std::string, std::string>("50", "222")));
   EXPECT_EQ(force_limit(4), (std::pair<std::string, std::string>("2000", "8896")));
   inputs.on_track_law = "isotropic";
@@ -305,8 +305,8 @@ TEST_F(Overlay, PlatesStayWithinTheirSpace) {
   strip.title = std::string(400, 'x');
   strip.statements.resize(30, {"something of some length", false});
   Entries all;
-  for (std::size_t i = 0; i < ros_face::kLooks; ++i) all.add(static_cast<ros_face::Look>(i));
-  for (int k = -ros_face::kForceClasses; k <= ros_face::kForceClasses; ++k) all.add_force(k);
+  for (std::size_t i = 0; i < scene::kLooks; ++i) all.add(static_cast<scene::Look>(i));
+  for (int k = -scene::kForceClasses; k <= scene::kForceClasses; ++k) all.add_force(k);
   all.add_broken();
   all.add_impact();
   for (const auto& [width, height] : {std::pair(640, 480), std::pair(838, 676), std::pair(3400, 2000)}) {

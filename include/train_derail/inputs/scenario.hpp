@@ -32,7 +32,7 @@ enum class BrakeSource {
 
 /// `count` equal cars, one behind the other. The blocks of a consist follow each other from the foremost car back.
 struct CarBlock {
-  std::string name = "car";                    ///< kind of car; chooses the body shown in pictures (ros/car_shape.hpp)
+  std::string name = "car";                    ///< kind of car; chooses the body in pictures (scene/car_shape.hpp)
   int count = 0;                               ///< number of cars
   double length = 0.0;                         ///< L, distance between the coupler pins [m]
   double weight = 0.0;                         ///< W, weight of one car [N]

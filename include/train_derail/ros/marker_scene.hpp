@@ -12,12 +12,14 @@
 
 #include "train_derail/model/train.hpp"
 #include "train_derail/outcome/outcome.hpp"
-#include "train_derail/ros/car_shape.hpp"
 #include "train_derail/ros/frames.hpp"
-#include "train_derail/ros/palette.hpp"
+#include "train_derail/scene/car_shape.hpp"
+#include "train_derail/scene/palette.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::ros_face {
+
+using namespace scene;
 
 /// The markers of one run. What belongs to a car lies in the car's tf frame, locked to it, so that only what looks
 /// different from before need be sent. Stamps are the sender's.

@@ -16,12 +16,14 @@
 #include "train_derail/Outcome.h"
 #include "train_derail/PileUp.h"
 #include "train_derail/outcome/outcome.hpp"
-#include "train_derail/ros/event_detector.hpp"
 #include "train_derail/ros/frames.hpp"
 #include "train_derail/ros/pile_up_follower.hpp"
+#include "train_derail/scene/event_detector.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::ros_face {
+
+using namespace scene;
 
 /// Message of ~cars.
 CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double time, const std_msgs::Header& header,

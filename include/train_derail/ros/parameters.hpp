@@ -15,6 +15,8 @@
 
 namespace train_derail::ros_face {
 
+using namespace scene;
+
 /// Parameters of the node itself; README.md has the table.
 struct NodeParameters {
   double rate = 1.0;            ///< simulated seconds per wall second [-]; 0: as fast as the integrator goes

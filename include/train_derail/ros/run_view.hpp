@@ -4,10 +4,12 @@
 
 #include <vector>
 
-#include "train_derail/ros/event_detector.hpp"
+#include "train_derail/scene/event_detector.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::ros_face {
+
+using namespace scene;
 
 /// One run as it stands. For the thread that advances it.
 class RunView {

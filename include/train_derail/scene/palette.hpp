@@ -1,7 +1,7 @@
 /// \file
-/// Colours of the scene and what they mean, for markers, overlay and panel. Okabe and Ito's palette for what a car is,
-/// ColorBrewer's diverging RdBu for forces; both can be told apart by the colour-blind (a test simulates the three
-/// kinds). What a car is also stands on its roof as bars.
+/// Colours of the scene and what they mean, for markers, overlay, panel and pages. Okabe and Ito's palette for what a
+/// car is, ColorBrewer's diverging RdBu for forces; both can be told apart by the colour-blind (a test simulates the
+/// three kinds). What a car is also stands on its roof as bars.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/incidents.hpp"
 
-namespace train_derail::ros_face {
+namespace train_derail::scene {
 
 /// Red, green and blue, each 0 to 255, sRGB.
 struct Rgb {
@@ -93,4 +93,4 @@ constexpr Rgb force_colour(int force_class) {
   return kColours[static_cast<std::size_t>(force_class + kForceClasses)];
 }
 
-}  // namespace train_derail::ros_face
+}  // namespace train_derail::scene

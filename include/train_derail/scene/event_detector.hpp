@@ -8,11 +8,22 @@
 #include "train_derail/outcome/outcome.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
-namespace train_derail::ros_face {
+namespace train_derail::scene {
 
-/// One message of ~events before it is made.
+/// What can happen; the numbers are those of Event.msg.
+enum EventType : int {
+  kCarPastPod = 1,
+  kCarOffTrack,
+  kContact,
+  kCouplerPeak,
+  kEnd,
+  kCarDerailed,
+  kCouplerBroken,
+};
+
+/// One event; on the topics a message of ~events.
 struct Occurrence {
-  int type = 0;        ///< a constant of Event.msg
+  int type = 0;        ///< an EventType
   double time = 0.0;   ///< simulated time [s]
   int car = 0;         ///< car that it happened to, from 1; 0: none
   int other_car = 0;   ///< second car of a touch, from 1; 0: none
@@ -54,4 +65,4 @@ class EventDetector {
   bool ended_ = false;
 };
 
-}  // namespace train_derail::ros_face
+}  // namespace train_derail::scene

@@ -1,13 +1,12 @@
-#include "train_derail/ros/event_detector.hpp"
+#include "train_derail/scene/event_detector.hpp"
 
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "train_derail/Event.h"
 #include "train_derail/outcome/incidents_csv.hpp"
 
-namespace train_derail::ros_face {
+namespace train_derail::scene {
 
 namespace {
 
@@ -45,12 +44,12 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
     const double speed = std::hypot(car.vx, car.vy);
     if (car.past_pod && !past_pod_[i]) {
       past_pod_[i] = true;
-      found.push_back({Event::CAR_PAST_POD, now.time, number, 0, 0, speed,
+      found.push_back({kCarPastPod, now.time, number, 0, 0, speed,
                        fmt::format("car {} past the point of derailment at {}", number, speed_text(speed))});
     }
     if (car.off_track && !off_track_[i]) {
       off_track_[i] = true;
-      found.push_back({Event::CAR_OFF_TRACK, now.time, number, 0, 0, speed,
+      found.push_back({kCarOffTrack, now.time, number, 0, 0, speed,
                        fmt::format("car {} off the track at {}", number, speed_text(speed))});
     }
   }
@@ -65,13 +64,13 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
   if (outcome.touches > touches_ && (touches_ == 0 || closing.speed > fastest_)) {
     fastest_ = closing.speed;
     found.push_back(
-        {Event::CONTACT, closing.time, closing.car_a, closing.car_b, 0, closing.speed,
+        {kContact, closing.time, closing.car_a, closing.car_b, 0, closing.speed,
          fmt::format("cars {} and {} touch, closing at {}", closing.car_a, closing.car_b, speed_text(closing.speed))});
   }
   touches_ = outcome.touches;
   if (last) {
     ended_ = true;
-    found.push_back({Event::END, outcome.stop_time, 0, 0, 0, 0.0, ended_text(outcome)});
+    found.push_back({kEnd, outcome.stop_time, 0, 0, 0, 0.0, ended_text(outcome)});
   }
   return found;
 }
@@ -85,7 +84,7 @@ void EventDetector::observe_incidents(const simulation::Snapshot& now, const mod
     derailed_[i] = true;
     const int number = static_cast<int>(d.car) + 1;
     const double speed = std::hypot(now.cars[i].vx, now.cars[i].vy);
-    found.push_back({Event::CAR_DERAILED, d.time, number, 0, 0, speed,
+    found.push_back({kCarDerailed, d.time, number, 0, 0, speed,
                      fmt::format("car {} derailed {}, {} truck first, at {}", number, cause_text(d.cause),
                                  d.front ? "front" : "rear", speed_text(speed))});
   }
@@ -93,7 +92,7 @@ void EventDetector::observe_incidents(const simulation::Snapshot& now, const mod
     const model::BrokenCoupler& b = incidents.broken[broken_];
     const int number = static_cast<int>(b.coupler) + 1;
     found.push_back(
-        {Event::COUPLER_BROKEN, b.time, 0, 0, number, b.axial_force,
+        {kCouplerBroken, b.time, 0, 0, number, b.axial_force,
          fmt::format("coupler {} broken by {} at {}", number, model::to_string(b.by), force_text(b.axial_force))});
   }
 }
@@ -103,10 +102,10 @@ void EventDetector::observe_coupler(int number, double time, double force, bool 
   const double size = std::abs(force);
   if (size > threshold_ && (!peak.over || size > std::abs(peak.force))) peak = {true, force, time};
   if (peak.over && (last || size < 0.5 * threshold_)) {
-    found.push_back({Event::COUPLER_PEAK, peak.time, 0, 0, number, peak.force,
+    found.push_back({kCouplerPeak, peak.time, 0, 0, number, peak.force,
                      fmt::format("coupler {} peaked at {}", number, force_text(peak.force))});
     peak = {};
   }
 }
 
-}  // namespace train_derail::ros_face
+}  // namespace train_derail::scene

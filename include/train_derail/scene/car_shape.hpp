@@ -1,18 +1,15 @@
 /// \file
-/// What a car looks like in RViz: a few dozen triangles in the car's own axes. x points forward, y to the
-/// left, z up from the rail head; the origin is midway between the truck centres. All lengths are in m.
+/// What a car looks like, in RViz and in the page of a run: a few dozen triangles in the car's own axes. x points
+/// forward, y to the left, z up from the rail head; the origin is midway between the truck centres. All lengths are in
+/// m.
 #pragma once
 
 #include <string>
-#include <vector>
-
-#include <geometry_msgs/Point.h>
 
 #include "train_derail/model/train.hpp"
+#include "train_derail/scene/points.hpp"
 
-namespace train_derail::ros_face {
-
-using Points = std::vector<geometry_msgs::Point>;
+namespace train_derail::scene {
 
 /// Points of one car's picture.
 struct CarShape {
@@ -30,10 +27,4 @@ inline constexpr double kRoofHeight = 4.2;
 /// for any other name.
 CarShape car_shape(const model::Car& car);
 
-/// Adds two triangles to `points`. The corners a, b, c, d are counter-clockwise as seen from outside.
-void add_quad(Points& points, const geometry_msgs::Point& a, const geometry_msgs::Point& b,
-              const geometry_msgs::Point& c, const geometry_msgs::Point& d);
-
-geometry_msgs::Point make_point(double x, double y, double z);
-
-}  // namespace train_derail::ros_face
+}  // namespace train_derail::scene

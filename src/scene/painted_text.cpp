@@ -1,9 +1,9 @@
-#include "painted_text.hpp"
+#include "train_derail/scene/painted_text.hpp"
 
 #include <cmath>
 #include <vector>
 
-namespace train_derail::ros_face {
+namespace train_derail::scene {
 
 namespace {
 
@@ -56,4 +56,4 @@ void paint_text(Points& points, std::string_view text, double height, double z) 
   }
 }
 
-}  // namespace train_derail::ros_face
+}  // namespace train_derail::scene

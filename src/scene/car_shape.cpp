@@ -1,14 +1,12 @@
-#include "train_derail/ros/car_shape.hpp"
+#include "train_derail/scene/car_shape.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace train_derail::ros_face {
+namespace train_derail::scene {
 
 namespace {
-
-using geometry_msgs::Point;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kDeckHeight = 1.3;  // underside of the body
@@ -182,18 +180,6 @@ void add_locomotive(CarShape& shape, double f, double w) {
 
 }  // namespace
 
-Point make_point(double x, double y, double z) {
-  Point p;
-  p.x = x;
-  p.y = y;
-  p.z = z;
-  return p;
-}
-
-void add_quad(Points& points, const Point& a, const Point& b, const Point& c, const Point& d) {
-  points.insert(points.end(), {a, b, c, a, c, d});
-}
-
 CarShape car_shape(const model::Car& car) {
   const double f = 0.5 * car.length, w = 0.5 * car.width;
   CarShape shape;
@@ -218,4 +204,4 @@ CarShape car_shape(const model::Car& car) {
   return shape;
 }
 
-}  // namespace train_derail::ros_face
+}  // namespace train_derail::scene

@@ -1,0 +1,50 @@
+/// \file
+/// A run as it will be shown again in a page: a document in JSON that holds all that the page needs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "train_derail/model/train.hpp"
+#include "train_derail/outcome/outcome.hpp"
+#include "train_derail/scene/event_detector.hpp"
+#include "train_derail/simulation/simulation.hpp"
+
+namespace train_derail::scene {
+
+/// Most numbers of one kind that a Replay keeps, cars times moments. A longer run is thinned: every second moment goes.
+inline constexpr std::size_t kReplayValuesMax = 250'000;
+
+/// Keeps a run, moment by moment, as whole numbers of small steps. Memory does not grow beyond kReplayValuesMax
+/// numbers of each kind, however long the run is and however many cars it has.
+class Replay {
+ public:
+  /// `cars` are those of `scenario`.
+  Replay(const inputs::Scenario& scenario, const std::vector<model::Car>& cars);
+
+  /// Adds a moment, later than all before, and what has happened since the last one.
+  void add(const simulation::Snapshot& now, const std::vector<Occurrence>& events);
+
+  /// Returns the document of the run: one object of JSON with `title`, `inputs` (YAML), `outcome` (rows of the table),
+  /// `fields` (names, units, titles, meanings of what is in `channels`), `cars`, `shapes` and `track` (triangles),
+  /// `looks` and `forces` (colours), `times` [s], `channels` (whole numbers of `step` for each moment and car or
+  /// coupler), `events`, `touches`. `title` stands for a scenario without one.
+  std::string document(const std::string& title, const outcome::Outcome& outcome,
+                       const std::vector<outcome::FirstTouch>& touches) const;
+
+ private:
+  void append(const simulation::Snapshot& now);
+  void thin();
+
+  const inputs::Scenario scenario_;
+  const std::vector<model::Car> cars_;
+  std::vector<double> times_;
+  std::vector<std::vector<std::int32_t>> channels_;  // each moment by moment, car by car
+  std::size_t stride_ = 1, skipped_ = 0;             // moments from one that is kept to the next
+  simulation::Snapshot last_;                        // with the largest forces since the last moment that is kept
+  bool pending_ = false;                             // last_ is not kept yet
+  std::vector<Occurrence> events_;
+};
+
+}  // namespace train_derail::scene
