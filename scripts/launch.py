@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""roslaunch with an exit code: that of the first required node that has ended.
+"""roslaunch with an exit code: that of the first required node that has ended; of the first node if none is required.
 
   rosrun train_derail launch.py sim.launch exit_when_done:=true rate:=0 rviz:=false
 
@@ -44,8 +44,9 @@ def main(arguments):
     except (roslaunch.RLException, roslaunch.xmlloader.XmlParseException) as e:
         print(f'launch.py: {e}', file=sys.stderr)
         return 2
-    required = {rosgraph.names.ns_join(n.namespace, n.name).lstrip('/') for n in parent.config.nodes if n.required}
-    code = next((code for node, code in deaths.seen if node in required), 0) or 0
+    required = [n for n in parent.config.nodes if n.required] or parent.config.nodes
+    names = {rosgraph.names.ns_join(n.namespace, n.name).lstrip('/') for n in required}
+    code = next((code for node, code in deaths.seen if node in names), 0) or 0
     return code if code >= 0 else 128 - code
 
 

@@ -85,6 +85,8 @@ class LaunchTest(unittest.TestCase):
             code, text = self.sim('config:=' + config, program=('rosrun', 'train_derail', 'launch.py'))
             self.assertEqual(code, 0, text)
             self.assertIn('time limit reached', text)
+            for alarm in ('REQUIRED', 'has died'):
+                self.assertNotIn(alarm, text, 'a run that has ended as it should')
 
     def test_launch_py_hands_on_the_code_of_the_node(self):
         program = ('rosrun', 'train_derail', 'launch.py')
