@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What README.md promises is what the program has: keys of the JSON, options, exit codes, files; topics, services, parameters,
+"""What README.md and the pages for users promise is what the program has: keys of the JSON, options, exit codes, files; topics, services, parameters,
 arguments of launch files. Usage: test_readme.py DERAIL"""
 
 import glob
@@ -13,6 +13,7 @@ import xml.etree.ElementTree
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..')
 DERAIL = ''
+PAGES = ('README.md', 'CONTRIBUTING.md', 'docs/command_line.md', 'docs/node.md')
 
 
 def read(*names):
@@ -36,7 +37,7 @@ class ReadmeTest(unittest.TestCase):
     maxDiff = None
 
     def setUp(self):
-        self.text = read('README.md')
+        self.text = ''.join(read(page) for page in PAGES)
 
     def table(self, first_heading):
         """Backticked words of the first column of the table with that heading."""
