@@ -197,6 +197,24 @@ class ManyRunsTest(Case):
             train_derail.study(self.path('study.yaml'), {'consist[0].count': 12}, out=self.path('derail'))
         train_derail.study(self.path('study.yaml'), {'consist[0].count': 12}, out=self.path('derail'), resume=True)
 
+    def test_an_interrupted_study_goes_on_where_it_was(self):
+        with open(self.path('study.yaml'), 'w', encoding='utf-8') as file:
+            file.write(STUDY.format(base=train_derail.load(BASELINE).source).replace('replicates: 3', 'replicates: 100'))
+
+        def interrupt(done, total):
+            os.kill(os.getpid(), signal.SIGINT)
+        with self.assertRaises(KeyboardInterrupt):
+            train_derail.study(self.path('study.yaml'), {'consist[0].count': 12}, out=self.path('interrupted'), progress=interrupt)
+        with open(self.path('interrupted/journal.csv'), encoding='utf-8') as file:
+            kept = len(file.readlines()) - 1
+        self.assertGreater(kept, 0)
+        self.assertLess(kept, 400)
+        said = []
+        resumed = train_derail.study(self.path('study.yaml'), {'consist[0].count': 12}, out=self.path('interrupted'), resume=True,
+                                     progress=lambda *counts: said.append(counts))
+        self.assertEqual(said[-1], (400, 400))
+        pandas.testing.assert_frame_equal(resumed.table, train_derail.study(self.path('study.yaml'), {'consist[0].count': 12}).table)
+
     def test_without_pandas_tables_are_dicts_of_arrays(self):
         code = 'import sys; sys.modules["pandas"] = None; import train_derail; ' \
                f'table = train_derail.ensemble("{BASELINE}", 2, {PERTURBED}).table; print(type(table).__name__, table["run"].tolist())'
