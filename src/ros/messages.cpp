@@ -150,6 +150,10 @@ PileUp to_message(const Heap& heap, double time, const std_msgs::Header& header,
   return m;
 }
 
+std::string why_ended(const outcome::Outcome& o) {
+  return o.message.empty() ? std::string(outcome::kEndedTexts[static_cast<std::size_t>(o.ended)]) : o.message;
+}
+
 Outcome to_message(const outcome::Outcome& o, const std_msgs::Header& header, std::uint32_t run_id) {
   Outcome m;
   m.header = header;

@@ -67,7 +67,7 @@ void RunStream::end_run(RunView& run, const outcome::Outcome& outcome, const Run
   complete_markers();
   send_impacts(run);
   send<OutcomeTopic>(to_message(outcome, header(), run_id_));
-  run_info(run, state, outcome.message.empty() ? std::string(outcome::to_string(outcome.ended)) : outcome.message);
+  run_info(run, state, why_ended(outcome));
 }
 
 void RunStream::idle(double seconds) {

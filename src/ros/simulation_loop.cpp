@@ -1,4 +1,5 @@
 #include "train_derail/ros/simulation_loop.hpp"
+#include "train_derail/ros/messages.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -345,10 +346,8 @@ RunState SimulationLoop::run_state() const {
 
 void SimulationLoop::publish_run_info() {
   const outcome::Outcome outcome = this->outcome();
-  std::string message;
-  if (state_ == State::ended) message = outcome::to_string(outcome.ended);
-  if (state_ == State::failed) message = outcome.message;
-  stream_.run_info(*view_, run_state(), message);
+  const bool over = state_ == State::ended || state_ == State::failed;
+  stream_.run_info(*view_, run_state(), over ? why_ended(outcome) : "");
 }
 
 void SimulationLoop::keep_time_going(WallTime now) {

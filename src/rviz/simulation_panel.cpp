@@ -18,7 +18,6 @@
 
 #include "rviz/look.hpp"
 #include "rviz/scenario_files.hpp"
-#include "train_derail/outcome/outcome.hpp"
 #include "train_derail/ros/clock_watch.hpp"
 
 namespace train_derail::rviz_panel {
@@ -51,14 +50,6 @@ bool plays_a_recording(const NodeView& view) { return view.run_info && view.run_
 
 bool has_ended(const NodeView& view) {
   return view.run_info && (view.run_info->state == RunInfo::ENDED || view.run_info->state == RunInfo::FAILED);
-}
-
-/// Why a run has ended, as RunInfo has it, in words.
-QString ended_text(const std::string& message) {
-  for (std::size_t i = 0; i < outcome::kEndedNames.size(); ++i) {
-    if (message == outcome::kEndedNames[i]) return QString::fromLatin1(outcome::kEndedTexts[i].data());
-  }
-  return QString::fromStdString(message);
 }
 
 QVBoxLayout* make_column(QWidget* box) {
@@ -424,7 +415,7 @@ void SimulationPanel::show_run(const NodeView& view) {
       break;
     default: state = tr("state %1").arg(info.state);
   }
-  if (!info.message.empty()) state += ": " + ended_text(info.message);
+  if (!info.message.empty()) state += ": " + QString::fromStdString(info.message);
   state_->setText(tr("Run %1 %2").arg(info.run_id).arg(state));
   state_->setToolTip("<p>" + QString::fromStdString(info.title).toHtmlEscaped() + "</p>");
   set_text_color(state_, color);

@@ -20,9 +20,9 @@ std::string force_text(double f) {
 std::string_view cause_text(model::Cause cause) { return model::kCauseTexts[static_cast<std::size_t>(cause)]; }
 
 std::string ended_text(const outcome::Outcome& outcome) {
-  std::string text =
-      fmt::format("ended after {:.2f} s: {}; {} cars past the point of derailment, {} off the track", outcome.stop_time,
-                  outcome::to_string(outcome.ended), outcome.cars_past_pod, outcome.cars_off_track);
+  std::string text = fmt::format("ended after {:.2f} s: {}; {} cars past the point of derailment, {} off the track",
+                                 outcome.stop_time, outcome::kEndedTexts[static_cast<std::size_t>(outcome.ended)],
+                                 outcome.cars_past_pod, outcome.cars_off_track);
   return outcome.message.empty() ? text : text + ": " + outcome.message;
 }
 

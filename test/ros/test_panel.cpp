@@ -581,7 +581,7 @@ class FakeNode {
     info.interval = 0.1;
     info.kept_until = kept_until;
     info.replay = replay;
-    info.message = state == RunInfo::ENDED ? "at_rest" : "";
+    info.message = state == RunInfo::ENDED ? "all cars at rest" : "";
     info_.publish(info);
   }
   /// A car and a coupler whose force is the time in MN.

@@ -36,6 +36,8 @@ Impacts to_message(const std::vector<model::Impact>& impacts, double time, const
                    std::uint32_t run_id);
 /// Message of ~outcome.
 Outcome to_message(const outcome::Outcome& outcome, const std_msgs::Header& header, std::uint32_t run_id);
+/// Why a run has ended or failed, for people: RunInfo::message.
+std::string why_ended(const outcome::Outcome& outcome);
 /// Message of ~inputs. `cars` are those of `scenario`.
 Inputs to_message(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const std_msgs::Header& header,
                   std::uint32_t run_id);
