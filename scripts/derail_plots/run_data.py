@@ -1,5 +1,6 @@
 """Reads what `derail run --csv` writes: states of all cars and couplers over time, SI."""
 
+import gzip
 import io
 import shutil
 import subprocess
@@ -52,12 +53,13 @@ class States:
 def read_states(path):
     """Throws DataError."""
     try:
-        with open(path, encoding='utf-8') as file:
+        opened = gzip.open if path.endswith('.gz') else open
+        with opened(path, 'rt', encoding='utf-8') as file:
             header = file.readline().strip().split(',')
             text = file.read()
     except OSError as e:
         raise DataError(f'{path}: {e.strerror}') from None
-    except UnicodeDecodeError:
+    except (UnicodeDecodeError, EOFError):
         raise DataError(f'{path}: not a text file') from None
     missing = [c for c in COLUMNS if c not in header]
     if missing:

@@ -20,6 +20,7 @@
 #include "progress.hpp"
 #include "scenario_input.hpp"
 #include "study_commands.hpp"
+#include "table_options.hpp"
 #include "train_derail/fields/reference.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
@@ -46,6 +47,7 @@ struct RunArguments {
   std::string file;
   std::optional<std::string> json, csv, incidents, bag, html, from, checkpoint, checkpoint_time;
   std::vector<std::string> set;
+  apps::TableOptions table;
   int seeds = 0, jobs = 0;
   bool force = false, quiet = false;
 };
@@ -119,18 +121,21 @@ class Outputs {
       add_to_replay(s);
     }
     if (!csv_) return;
-    simulation::write_csv_header(csv_->stream());
-    simulation::write_csv_rows(csv_->stream(), s.snapshot());
+    choice_ = a.table.choice(s.scenario());
+    states_ = simulation::ThinnedStates(a.table.steps(s.scenario()));
+    simulation::write_csv_header(csv_->stream(), choice_);
+    write(states_.add(0, s.snapshot()));
   }
   /// Whether a file needs the states on the output grid.
   bool follows() const { return csv_ || bag_ || html_; }
-  void grid_point(const simulation::Simulation& s) {
-    if (csv_) {
-      simulation::write_csv_rows(csv_->stream(), s.snapshot());
-      csv_->check();
-    }
+  void grid_point(std::int64_t tick, const simulation::Simulation& s) {
+    if (csv_) write(states_.add(tick, s.snapshot()));
     if (bag_) bag_->grid_point(s);
     if (replay_) add_to_replay(s);
+  }
+  /// How large the table of states is so far, for people; "" without one.
+  std::string table_size() const {
+    return csv_ ? fmt::format(", {:.1f} MB in {}", static_cast<double>(csv_->size()) / 1e6, csv_->path()) : "";
   }
   /// The run is still to be saved, as --checkpoint asks.
   bool saves() const { return checkpoint_ && !saved_; }
@@ -142,6 +147,7 @@ class Outputs {
   }
   /// Returns the names of what has been written.
   std::vector<std::string> finish(const simulation::Simulation& s, const outcome::Outcome& outcome) {
+    if (csv_) write(states_.last());
     if (incidents_) outcome::write_incidents_csv(incidents_->stream(), s.incidents());
     if (json_) json_->stream() << outcome::to_json(outcome) << "\n";
     if (html_) html_->stream() << replay_page(s, outcome);
@@ -173,7 +179,13 @@ class Outputs {
   void open(const std::optional<std::string>& path, std::optional<files::OutputFile>& file) {
     if (!path) return;
     file.emplace(*path, existing_, &apps::stop);
+    if (files::named_gzip(*path) && &file != &checkpoint_) file->compress();
     paths_.push_back(*path);
+  }
+  void write(const simulation::Snapshot* state) {
+    if (state == nullptr) return;
+    simulation::write_csv_rows(csv_->stream(), *state, choice_);
+    csv_->check();
   }
 
   files::Existing existing_;
@@ -181,6 +193,8 @@ class Outputs {
   std::optional<files::OutputFile> csv_, incidents_, json_, checkpoint_, html_;
   std::optional<scene::Replay> replay_;
   scene::EventDetector events_{scene::kEventCouplerForce};
+  simulation::TableChoice choice_;
+  simulation::ThinnedStates states_{1};
   bool saved_ = false;
   std::unique_ptr<apps::BagOutput> bag_;
   std::vector<std::string> paths_;
@@ -195,6 +209,13 @@ int check(const RunArguments& a) {
 
 int run(const RunArguments& a) {
   const inputs::Scenario scenario = read(a);
+  for (const auto& [option, value] :
+       {std::pair("--every", a.table.every), std::pair("--cars", a.table.cars),
+        std::pair("--columns", a.table.columns.empty() ? std::nullopt : std::optional(a.table.columns.front()))}) {
+    if (value && (!a.csv || a.seeds > 0))
+      throw inputs::InputError("command line", option, *value, "chooses what of one run --csv writes",
+                               "with --csv, without --seeds");
+  }
   if (a.seeds > 0) {
     apps::say_warnings(scenario, apps::overrides(a.set));
     for (const auto& [option, value] :
@@ -229,9 +250,10 @@ int run(const RunArguments& a) {
          ++tick) {
       const double before = simulation.time();
       simulation.advance(static_cast<double>(tick) * interval, &apps::stop);
-      if (simulation.time() > before) outputs.grid_point(simulation);
+      if (simulation.time() > before) outputs.grid_point(tick, simulation);
       if (outputs.saves() && (simulation.time() >= save_at || simulation.ended())) outputs.save(simulation);
-      progress.update(progress_of(simulation), fmt::format("{:.1f} s simulated", simulation.time()));
+      progress.update(progress_of(simulation),
+                      fmt::format("{:.1f} s simulated{}", simulation.time(), outputs.table_size()));
     }
   }
 
@@ -330,7 +352,9 @@ int command_line(int argc, char** argv) {
   add_inputs(run_command);
   apps::add_path(run_command, "--json", a.json, "Write the outcome as JSON in SI units; - is standard output");
   apps::add_path(run_command, "--csv", a.csv,
-                 "Write the states of cars and couplers on the output grid; - is standard output");
+                 "Write the states of cars and couplers on the output grid; - is standard output; FILE.csv.gz is "
+                 "compressed");
+  a.table.add_to(run_command);
   apps::add_path(run_command, "--incidents", a.incidents,
                  "Write the incidents as CSV: trucks off the rails, broken couplers, impacts; - is standard output");
   apps::add_path(run_command, "--bag", a.bag, "Record what the node would publish; a folder: named by date");

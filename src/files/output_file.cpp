@@ -23,6 +23,10 @@
 #include <thread>
 #include <utility>
 
+#ifdef TRAIN_DERAIL_GZIP
+#include <boost/iostreams/filter/gzip.hpp>
+#include <boost/iostreams/filtering_stream.hpp>
+#endif
 #include <fmt/format.h>
 
 namespace train_derail::files {
@@ -77,6 +81,7 @@ class Buffer : public std::streambuf {
     setp(space_.data(), space_.data() + space_.size());
   }
   int error() const { return error_; }
+  std::uintmax_t written() const { return written_; }
 
  protected:
   int_type overflow(int_type c) override {
@@ -87,8 +92,12 @@ class Buffer : public std::streambuf {
   int sync() override {
     for (const char* from = pbase(); error_ == 0 && from < pptr();) {
       const ssize_t written = write_some(from, static_cast<std::size_t>(pptr() - from));
-      if (written > 0) from += written;
-      else if (written == 0 || errno != EINTR) error_ = written == 0 ? EIO : errno;
+      if (written > 0) {
+        from += written;
+        written_ += static_cast<std::uintmax_t>(written);
+      } else if (written == 0 || errno != EINTR) {
+        error_ = written == 0 ? EIO : errno;
+      }
     }
     setp(space_.data(), space_.data() + space_.size());
     return error_ == 0 ? 0 : -1;
@@ -110,6 +119,7 @@ class Buffer : public std::streambuf {
   const int fd_;
   const std::atomic<bool>* const stop_;
   int error_ = 0;
+  std::uintmax_t written_ = 0;
   std::array<char, 1 << 16> space_;
 };
 
@@ -218,6 +228,38 @@ struct OutputFile::Impl {
   Descriptor file;
   std::unique_ptr<Buffer> buffer;
   std::unique_ptr<std::ostream> stream;
+#ifdef TRAIN_DERAIL_GZIP
+  std::unique_ptr<boost::iostreams::filtering_ostream> compressed;  // writes to stream
+#endif
+
+  std::ostream& front() {
+#ifdef TRAIN_DERAIL_GZIP
+    if (compressed) return *compressed;
+#endif
+    return *stream;
+  }
+
+  void compress() {
+#ifdef TRAIN_DERAIL_GZIP
+    compressed = std::make_unique<boost::iostreams::filtering_ostream>();
+    compressed->push(boost::iostreams::gzip_compressor());
+    compressed->push(*stream);
+#else
+    fail(path, "this build cannot compress: it was made without Boost.Iostreams (Debian: libboost-iostreams-dev)");
+#endif
+  }
+
+  /// Writes the rest and the end of what is compressed. What fails is seen by check().
+  void end_compressed() {
+#ifdef TRAIN_DERAIL_GZIP
+    if (!compressed) return;
+    try {
+      compressed->reset();
+    } catch (const std::ios_base::failure&) {
+      stream->setstate(std::ios_base::badbit);
+    }
+#endif
+  }
 
   ~Impl() {
     if (!temporary.empty()) unlink(temporary.c_str());
@@ -268,6 +310,7 @@ struct OutputFile::Impl {
   }
 
   void commit() {
+    end_compressed();
     stream->flush();
     check();
     if (!target.empty()) {
@@ -309,13 +352,20 @@ OutputFile::~OutputFile() = default;
 OutputFile::OutputFile(OutputFile&&) noexcept = default;
 OutputFile& OutputFile::operator=(OutputFile&&) noexcept = default;
 
-std::ostream& OutputFile::stream() { return *impl_->stream; }
+void OutputFile::compress() { impl_->compress(); }
+std::uintmax_t OutputFile::size() const { return impl_->buffer->written(); }
+std::ostream& OutputFile::stream() { return impl_->front(); }
 void OutputFile::check() { impl_->check(); }
 void OutputFile::commit() { impl_->commit(); }
 const std::string& OutputFile::path() const { return impl_->path; }
 std::string OutputFile::name_so_far() const {
   if (impl_->target.empty()) return {};
   return impl_->temporary.empty() ? link_of(impl_->file.get()) : impl_->temporary;
+}
+
+bool named_gzip(const std::string& path) {
+  constexpr std::string_view kEnd = ".gz";
+  return path.size() > kEnd.size() && path.compare(path.size() - kEnd.size(), kEnd.size(), kEnd) == 0;
 }
 
 void write_file(const std::string& path, const std::string& text, Existing existing) {

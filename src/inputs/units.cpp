@@ -16,6 +16,7 @@
 #include <udunits2.h>
 
 #include "c_locale.hpp"
+#include "train_derail/files/near_misses.hpp"
 #include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/scenario.hpp"
@@ -191,16 +192,6 @@ std::string bare(std::string_view unit) {
   return out;
 }
 
-/// Whether `a` becomes `b` by one slip: a letter added, left out or changed, or two neighbours exchanged.
-bool one_slip(std::string_view a, std::string_view b) {
-  const auto same = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
-  a.remove_prefix(static_cast<std::size_t>(same.first - a.begin()));
-  b.remove_prefix(static_cast<std::size_t>(same.second - b.begin()));
-  const auto rest = [](std::string_view s, std::size_t n) { return s.substr(std::min(n, s.size())); };
-  const bool exchanged = a.size() >= 2 && b.size() >= 2 && a[0] == b[1] && a[1] == b[0] && rest(a, 2) == rest(b, 2);
-  return exchanged || rest(a, 1) == rest(b, 1) || rest(a, 1) == b || a == rest(b, 1);
-}
-
 /// Returns " (probably km/h)" if the unit seems to be misspelt, else a list of the units for this SI unit.
 std::string advice(std::string_view unit, std::string_view si_unit) {
   const auto* known =
@@ -254,7 +245,7 @@ std::string advice(std::string_view unit, std::string_view si_unit) {
     if (written == bare(meant)) return probably(meant);
   }
   for (const char* meant : known->units) {
-    if (written.size() > 2 && bare(meant).size() > 1 && one_slip(written, bare(meant))) return probably(meant);
+    if (written.size() > 2 && bare(meant).size() > 1 && files::one_slip(written, bare(meant))) return probably(meant);
   }
   std::string all;
   for (const char* u : known->units) all += (all.empty() ? " (known: " : ", ") + std::string(u);

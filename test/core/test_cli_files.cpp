@@ -8,12 +8,14 @@
 #include <array>
 #include <chrono>
 #include <csignal>
+#include <map>
 #include <thread>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "command_line.hpp"
+#include "train_derail/files/csv.hpp"
 
 namespace train_derail {
 namespace {
@@ -271,6 +273,113 @@ TEST_F(CliFiles, AReportReplacesItselfAlone) {
   EXPECT_EQ(content(at("out/runs.csv")), before);
   EXPECT_EQ(derail("run " + at("out")).code, 2);
 }
+
+/// The rows of a table, without its header.
+std::vector<std::vector<std::string>> rows(const std::string& path) {
+  files::CsvTable table(path);
+  std::vector<std::vector<std::string>> all;
+  for (std::vector<std::string> row; table.next(row);) all.push_back(row);
+  return all;
+}
+
+TEST_F(CliFiles, AThinnedTableHasRowsOfTheWholeOneAndThePeaksOfItsIntervals) {
+  const std::string run = "run --quiet " + at("train.yaml") + " --set \"consist[0].count=5\" --set stop.time_max=1.05";
+  ASSERT_EQ(derail(run + " --csv " + at("all.csv")).code, 0);
+  ASSERT_EQ(derail(run + " --csv " + at("some.csv") + " --every 0.1s --cars 2-3,5").code, 0);
+  const files::CsvTable table(at("all.csv"));
+  EXPECT_EQ(files::CsvTable(at("some.csv")).names(), table.names());
+  const std::array<std::size_t, 2> peaks{table.column("buff_peak_N"), table.column("draft_peak_N")};
+  const auto all = rows(at("all.csv")), some = rows(at("some.csv"));
+  std::vector<double> times;
+  std::size_t next = 0, larger = 0;
+  std::map<std::pair<std::string, std::size_t>, double> largest;  // by car and column, since its last row
+  for (const auto& row : all) {
+    for (const std::size_t p : peaks) {
+      double& most = largest[{row[1], p}];
+      if (!row[p].empty()) most = std::max(most, std::stod(row[p]));
+    }
+    ASSERT_LE(next, some.size());
+    if (next == some.size() || some[next][0] != row[0] || some[next][1] != row[1]) continue;
+    times.push_back(std::stod(row[0]));
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      if (std::find(peaks.begin(), peaks.end(), c) == peaks.end() || row[c].empty()) {
+        EXPECT_EQ(some[next][c], row[c]) << row[0] << " " << table.names()[c];
+        continue;
+      }
+      EXPECT_EQ(std::stod(some[next][c]), (largest[{row[1], c}])) << row[0] << " " << table.names()[c];
+      if (some[next][c] != row[c]) ++larger;
+      largest[{row[1], c}] = 0.0;
+    }
+    ++next;
+  }
+  EXPECT_EQ(next, some.size()) << "a row that the whole table does not have";
+  EXPECT_GT(larger, 0U);
+  ASSERT_EQ(times.size(), 3 * 12U);  // 0, 0.1, ... 1.0, and the last state
+  for (std::size_t i = 0; i < times.size(); ++i)
+    EXPECT_NEAR(times[i], i / 3 < 11 ? 0.1 * static_cast<double>(i / 3) : 1.05, 1e-9);
+  for (std::size_t i = 0; i < some.size(); ++i) EXPECT_EQ(some[i][1], (std::array{"2", "3", "5"})[i % 3]);
+}
+
+TEST_F(CliFiles, ATableHasTheColumnsThatAreAskedFor) {
+  const std::string run = "run --quiet " + at("train.yaml") + kShort + " --csv ";
+  ASSERT_EQ(derail(run + at("two.csv") + " --columns x_m,buff_peak --columns time_s,y_m").code, 0);
+  EXPECT_EQ(files::CsvTable(at("two.csv")).names(),
+            (std::vector<std::string>{"time_s", "car", "x_m", "buff_peak_N", "y_m"}));
+  const std::ptrdiff_t before = count();
+  for (const auto& [options, says] :
+       {std::pair{"--columns x_n", "no column 'x_n'; near it: x_m"},
+        std::pair{"--columns force", "near it: axial_force_N, lateral_force_N, vertical_force_N"},
+        std::pair{"--columns nothing", "the columns are: x_m, y_m"}, std::pair{"--columns x_m,x", "asked for twice"},
+        std::pair{"--cars 3-2", "'3-2': the train has 5 cars"}, std::pair{"--cars 6", "'6': the train has 5 cars"},
+        std::pair{"--cars first", "'first' is not a number or range"}, std::pair{"--cars ''", "no car"},
+        std::pair{"--every 0.05", "not a multiple of output.interval, 0.02 s; allowed: 0.04 s, 0.06 s"},
+        std::pair{"--every 0", "allowed: 0.02 s"}, std::pair{"--every soon", "--every = 'soon'"},
+        std::pair{"--every 1ft", "--every = '1ft'"}, std::pair{"--seeds 2 --every 1", "chooses what of one run"}}) {
+    const Result wrong = derail(run + at("wrong.csv") + " " + options);
+    EXPECT_EQ(wrong.code, 2) << options << wrong.out;
+    EXPECT_NE(wrong.out.find(says), std::string::npos) << options << ": " << wrong.out;
+    EXPECT_LT(wrong.out.size(), 1200U);
+  }
+  EXPECT_EQ(derail("run --quiet " + at("train.yaml") + kShort + " --cars 1").code, 2);
+  EXPECT_EQ(count(), before);
+}
+
+#ifdef TRAIN_DERAIL_GZIP
+TEST_F(CliFiles, ACompressedTableIsTheSameTable) {
+  const std::string run = "run --quiet " + at("train.yaml") + kShort;
+  ASSERT_EQ(derail(run + " --csv " + at("a.csv") + " --incidents " + at("i.csv")).code, 0);
+  ASSERT_EQ(derail(run + " --csv " + at("a.csv.gz") + " --incidents " + at("i.csv.gz")).code, 0);
+  for (const char* name : {"a.csv", "i.csv"}) {
+    EXPECT_EQ(test::run("gzip -cd " + at(name) + ".gz").out, content(at(name)));
+    EXPECT_EQ(content(at(name) + ".gz").substr(0, 2), "\x1f\x8b");
+  }
+  EXPECT_LT(fs::file_size(at("a.csv.gz")) * 2, fs::file_size(at("a.csv")));
+  const std::string first = content(at("a.csv.gz"));
+  ASSERT_EQ(derail(run + " --force --csv " + at("a.csv.gz")).code, 0);
+  EXPECT_EQ(content(at("a.csv.gz")), first);
+  EXPECT_EQ(derail(run + " --csv /dev/full").code, 1);
+  ASSERT_EQ(derail(run + " --set initial.perturbation.spacing=0.01 --seeds 2 --csv " + at("seeds.csv.gz")).code, 0);
+  EXPECT_EQ(test::run("gzip -cd " + at("seeds.csv.gz")).out.substr(0, 4), "run,");
+}
+
+TEST_F(CliFiles, KilledARunLeavesNoHalfCompressedTable) {
+  const std::string pipe = at("states");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const std::ptrdiff_t before = count();
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  // The checkpoint, which the pipe holds up, comes when there are rows.
+  Running run({"run", kBaseline, "--set", "solver.method=semi_implicit", "--set", "solver.fixed_step=2e-4", "--csv",
+               at("a.csv.gz"), "--checkpoint", pipe, "--checkpoint-time", "0.1 s"},
+              "/dev/null");
+  pollfd ready{reader, POLLIN, 0};
+  ASSERT_EQ(poll(&ready, 1, 60000), 1);
+  run.signal(SIGKILL);
+  EXPECT_EQ(run.code(), 128 + SIGKILL);
+  close(reader);
+  EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --json " + at("next.json")).code, 0);
+  EXPECT_EQ(count(), before + 1);
+}
+#endif
 
 // The pipe holds the run up until the signal has been sent.
 TEST_F(CliFiles, InterruptedARunIsWrittenAsFarAsItCame) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <iosfwd>
 #include <memory>
 #include <stdexcept>
@@ -42,6 +43,9 @@ class OutputFile {
   OutputFile(OutputFile&&) noexcept;
   OutputFile& operator=(OutputFile&&) noexcept;
 
+  /// From here on stream() compresses by gzip, at the same bytes for the same text. To be called before anything is
+  /// written. Throws if this build cannot.
+  void compress();
   /// Buffered stream to write to. If writing fails, the stream goes bad, and check() and commit() give the reason.
   std::ostream& stream();
   /// Throws if something could not be written so far. A full disk is noticed in this way before the end.
@@ -53,6 +57,8 @@ class OutputFile {
   /// stream() must not be used then. Empty for pipes and devices.
   std::string name_so_far() const;
 
+  /// Bytes that have been handed to the system so far, compressed if they are.
+  std::uintmax_t size() const;
   /// Path that was given to the constructor.
   const std::string& path() const;
 
@@ -60,6 +66,9 @@ class OutputFile {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Whether the name of a file asks for gzip: it ends in ".gz".
+bool named_gzip(const std::string& path);
 
 /// Writes `text` to a file in one call; throws as OutputFile does.
 void write_file(const std::string& path, const std::string& text, Existing existing = Existing::refuse);
