@@ -15,6 +15,7 @@
 #include "bag_output.hpp"
 #include "ensemble.hpp"
 #include "files.hpp"
+#include "import_command.hpp"
 #include "interrupt.hpp"
 #include "page.hpp"
 #include "progress.hpp"
@@ -24,6 +25,7 @@
 #include "train_derail/fields/reference.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/train_list.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/outcome/fields.hpp"
@@ -54,7 +56,10 @@ struct RunArguments {
 
 inputs::Scenario read(const RunArguments& a) {
   apps::expect(files::FileKind::scenario, a.file);
-  return inputs::read_scenario_file(a.file, apps::overrides(a.set));
+  inputs::Scenario scenario = inputs::read_scenario_file(a.file, apps::overrides(a.set));
+  const std::vector<std::string> assumed = inputs::assumptions(a.file, apps::overrides(a.set));
+  if (!assumed.empty()) apps::say_assumptions("consist is a train list; assumed:", assumed);
+  return scenario;
 }
 
 /// Returns how far the run has got, in [0, 1]: the share of speed that is lost, or of stop.time_max that is over. The
@@ -388,6 +393,7 @@ int command_line(int argc, char** argv) {
   apps::add_study_commands(app, further_command);
   apps::add_validate_command(app, further_command);
   apps::add_verify_command(app, further_command);
+  apps::add_import_command(app, further_command);
 
   app.failure_message(one_line);
   try {

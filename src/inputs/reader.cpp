@@ -18,6 +18,7 @@
 
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/train_list.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "tree_reader.hpp"
 #include "yaml.hpp"
@@ -130,7 +131,8 @@ void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefi
     }
     if (prefix.empty() && name == "base") continue;
     const YAML::Node below = static_cast<const YAML::Node&>(under)[name];
-    if (below && below.IsMap() && item.second.IsMap()) {
+    // A train list is taken as a whole, as a list of blocks is.
+    if (below && below.IsMap() && item.second.IsMap() && key != "consist") {
       lay_over(below, item.second, key, source, sources);
       continue;
     }
@@ -144,11 +146,96 @@ void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefi
   }
 }
 
+/// Returns the tree with the files that `consist` names as seen from `folder`.
+YAML::Node with_train_list(const YAML::Node& tree, const std::string& folder,
+                           const std::function<void(const std::string&)>& before_reading) {
+  const YAML::Node consist = tree.IsMap() ? tree["consist"] : YAML::Node(YAML::NodeType::Undefined);
+  if (!consist || !consist.IsMap()) return tree;
+  YAML::Node named(YAML::NodeType::Map), copy(YAML::NodeType::Map);
+  for (const auto& item : consist) {
+    if (!item.second.IsScalar()) return tree;  // refused when it is read
+    const std::string path = (std::filesystem::path(folder) / item.second.Scalar()).lexically_normal().string();
+    if (before_reading) before_reading(path);
+    named[item.first.Scalar()] = path;
+  }
+  for (const auto& item : tree) {
+    // Nodes of the tree itself keep their line numbers.
+    if (item.second.is(consist)) copy.force_insert(item.first, named);
+    else copy.force_insert(item.first, item.second);
+  }
+  return copy;
+}
+
+}  // namespace
+
+double coupler_length(const YAML::Node& tree) {
+  const YAML::Node group = tree.IsMap() ? tree["coupler"] : YAML::Node(YAML::NodeType::Undefined);
+  if (group && group.IsMap()) {
+    if (const YAML::Node length = group["length"]; length && length.IsScalar()) {
+      try {
+        return to_si(length.Scalar(), "m");
+      } catch (const std::invalid_argument&) {  // told when the group is read
+      }
+    }
+  }
+  return Coupler{}.length;
+}
+
+namespace {
+
+/// Returns the tree with the blocks of the train list that its key `consist` names. `assumed`: takes what was
+/// assumed, if given.
+YAML::Node with_consist(const YAML::Node& root, const std::string& where, std::vector<std::string>* assumed) {
+  constexpr const char* kAllowed = "a list of blocks, or {file: TRAIN.csv, types: TYPES.yaml}";
+  const YAML::Node consist = root["consist"];
+  std::string file, types;
+  for (const auto& item : consist) {
+    const std::string key = written(item.first);
+    std::string* path = key == "file" ? &file : key == "types" ? &types : nullptr;
+    if (path == nullptr || !item.second.IsScalar())
+      throw InputError(where, "consist." + key, written(item.second), "no file of a train list", kAllowed);
+    *path = item.second.Scalar();
+  }
+  if (file.empty()) throw InputError(where, "consist", written(consist), "no file of a train list", kAllowed);
+  const CarTypes own = types.empty() ? CarTypes() : car_types(types);
+  const TrainList train = read_train_list(file, types.empty() ? car_types() : own, coupler_length(root));
+  YAML::Node blocks(YAML::NodeType::Sequence);
+  for (const CarBlock& b : train.consist()) {
+    YAML::Node block(YAML::NodeType::Map);
+    const auto put = [&](const char* key, const std::string& value) {
+      block[key] = value;
+      block[key].SetTag("!");  // as if it were in quotes
+    };
+    const auto number = [&](const char* key, const std::optional<double>& value) {
+      if (value) put(key, fmt::format("{}", *value));
+    };
+    put("name", b.name);
+    put("count", fmt::format("{}", b.count));
+    number("length", b.length);
+    number("weight", b.weight);
+    number("width", b.width);
+    number("truck_spacing", b.truck_spacing);
+    number("centre_height", b.centre_height);
+    number("floor_height", b.floor_height);
+    number("roof_height", b.roof_height);
+    blocks.push_back(block);
+  }
+  if (assumed != nullptr) {
+    *assumed = train.assumptions;
+    if (train.coupler != nullptr)
+      assumed->emplace_back("couplers: those of the group coupler, not those of the train list");
+  }
+  YAML::Node copy(YAML::NodeType::Map);
+  for (const auto& item : root) copy.force_insert(item.first, item.second.is(consist) ? blocks : item.second);
+  return copy;
+}
+
 /// Completes a tree by its bases, see layers(). `chain`: paths of the files that have led here, links followed.
-Layers layers_of(const YAML::Node& tree, const std::string& source, const std::string& folder,
+Layers layers_of(const YAML::Node& written_tree, const std::string& source, const std::string& folder,
                  const std::function<void(const std::string&)>& before_reading, std::vector<std::string> chain) {
   namespace fs = std::filesystem;
-  const YAML::Node base = tree.IsMap() ? tree["base"] : YAML::Node(YAML::NodeType::Undefined);
+  const YAML::Node base = written_tree.IsMap() ? written_tree["base"] : YAML::Node(YAML::NodeType::Undefined);
+  const YAML::Node tree = with_train_list(written_tree, folder, before_reading);
   if (!base) return {tree, {}};
   const auto refuse = [&](const std::string& problem, const std::string& allowed) {
     throw InputError(located(source, base.Mark()), "base", written(base), problem, allowed);
@@ -192,15 +279,44 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
   return read_scenario(layers(tree, source, std::filesystem::path(source).parent_path().string()), source, overrides);
 }
 
-Scenario read_scenario(const Layers& layers, const std::string& source, const std::vector<Override>& overrides) {
+namespace {
+
+/// Returns the whole tree: with overrides, and with the blocks of a train list. `assumed`: as in with_consist().
+YAML::Node whole(const Layers& layers, const std::string& source, const std::vector<Override>& overrides,
+                 std::vector<std::string>* assumed) {
   // Copied only if needed, because a copy loses the line numbers.
   YAML::Node root = overrides.empty() ? layers.tree : YAML::Clone(layers.tree);
   if (!overrides.empty() && !root.IsMap())
     throw InputError(source, "", written(root), "not a group of keys", "key: value lines");
-  for (const Override& o : overrides) apply(root, o);
+  // Those of the blocks come when there are blocks.
+  const auto of_consist = [](const Override& o) { return o.key.compare(0, 7, "consist") == 0; };
+  for (const Override& o : overrides) {
+    if (!of_consist(o)) apply(root, o);
+  }
+  const YAML::Node consist = root.IsMap() ? static_cast<const YAML::Node&>(root)["consist"] : YAML::Node();
+  if (consist && consist.IsMap()) {
+    auto from = layers.sources.find("consist");
+    if (from == layers.sources.end()) from = layers.sources.find("");
+    root.reset(with_consist(root, from == layers.sources.end() ? source : from->second, assumed));
+  }
+  for (const Override& o : overrides) {
+    if (of_consist(o)) apply(root, o);
+  }
+  return root;
+}
 
-  KeyPlaces places;
+}  // namespace
+
+std::vector<std::string> assumptions(const std::string& path, const std::vector<Override>& overrides) {
+  std::vector<std::string> assumed;
+  whole(layers(load_file(path), path, std::filesystem::path(path).parent_path().string()), path, overrides, &assumed);
+  return assumed;
+}
+
+Scenario read_scenario(const Layers& layers, const std::string& source, const std::vector<Override>& overrides) {
+  const YAML::Node root = whole(layers, source, overrides, nullptr);
   Scenario scenario;
+  KeyPlaces places;
   TreeReader reader(root, "", source, overrides, places, layers.sources);
   describe(reader, scenario);
   reader.finish();

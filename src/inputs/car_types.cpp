@@ -1,0 +1,181 @@
+#include "train_derail/inputs/car_types.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+#include "car_types_text.hpp"
+#include "checker.hpp"
+#include "schema.hpp"
+#include "tree_reader.hpp"
+
+namespace train_derail::inputs {
+
+namespace {
+
+const NumberInput kHeight{"m", "ft", between(0.1, 10)}, kWeight{"N", "kip", between(1e3, 1e7)},
+    kLength{"m", "ft", between(1, 100)};
+
+template <class V, class B>
+void describe_body(V& v, B& b) {
+  v.text("name", b.name, "");
+  v.number("empty", b.empty, required(kWeight), "");
+  v.number("loaded", b.loaded, required(kWeight), "");
+  v.number("centre_empty", b.centre_empty, required(kHeight), "");
+  v.number("centre_loaded", b.centre_loaded, required(kHeight), "");
+  v.number("floor", b.floor, required(kHeight), "");
+  v.number("roof", b.roof, required(kHeight), "");
+  v.number("roll_inertia", b.roll_inertia, required({"m2", "", between(0.1, 10)}), "");
+}
+
+template <class V, class T>
+void describe_type(V& v, T& t) {
+  v.text("name", t.name, "");
+  v.text("body", t.body, "");
+  v.texts("codes", t.codes, "");
+  v.texts("also", t.also, "");
+  v.number("length", t.length, required(kLength), "");
+  v.number("width", t.width, required(kLength), "");
+  v.number("truck_spacing", t.truck_spacing, required(kLength), "");
+  v.number("empty", t.empty, required(kWeight), "");
+  v.number("loaded", t.loaded, required(kWeight), "");
+  v.number("floor", t.floor, kHeight, "");
+  v.number("roof", t.roof, kHeight, "");
+  v.number("centre_empty", t.centre_empty, kHeight, "");
+  v.number("centre_loaded", t.centre_loaded, kHeight, "");
+}
+
+template <class V, class C>
+void describe_coupler_type(V& v, C& c) {
+  v.text("name", c.name, "");
+  v.texts("also", c.also, "");
+  v.number("pitch_limit", c.pitch_limit, {"rad", "deg", between(0, 1.5)}, "");
+  v.number("slip_height", c.slip_height, {"m", "in", between_or_infinite(0.01, 1e6)}, "");
+  v.number("roll_limit", c.roll_limit, {"rad", "deg", between_or_infinite(0, 100)}, "");
+}
+
+template <class V, class T>
+void describe_types(V& v, T& t) {
+  v.list(
+      "bodies", t.bodies, [](auto& w, auto& b) { describe_body(w, b); }, "", false);
+  v.list(
+      "types", t.types, [](auto& w, auto& x) { describe_type(w, x); }, "", false);
+  v.list(
+      "couplers", t.couplers, [](auto& w, auto& c) { describe_coupler_type(w, c); }, "", false);
+}
+
+void check_type(const CarType& t, const std::string& key, const std::string& source) {
+  const auto refuse = [&](const char* name, const std::string& value, const char* problem, const std::string& allowed) {
+    throw InputError(source, key + "." + name, value, problem, allowed);
+  };
+  if (bare_name(t.name).empty()) refuse("name", t.name, "no letter or digit", "a name such as covered_hopper");
+  if (t.body.empty()) refuse("body", t.body, "missing", "a name of a block, such as tank_car, hopper, boxcar, flat");
+  for (const std::string& code : t.codes) {
+    if (code.size() != 1 || std::isupper(static_cast<unsigned char>(code.front())) == 0)
+      refuse("codes", code, "not the first letter of a code", "[A, B, ...]");
+  }
+  if (t.truck_spacing > t.length)
+    refuse("truck_spacing", fmt::format("{}", t.truck_spacing), "larger than the length",
+           fmt::format("(0, {}] m", t.length));
+  if (t.loaded < t.empty)
+    refuse("loaded", fmt::format("{}", t.loaded), "less than empty", fmt::format(">= {} N", t.empty));
+}
+
+CarTypes read(const YAML::Node& tree, const std::string& source) {
+  const std::vector<Override> none;
+  KeyPlaces places;
+  CarTypes all;
+  TreeReader reader(tree, "", source, none, places);
+  describe_types(reader, all);
+  reader.finish();
+  try {
+    Checker checker("");
+    describe_types(checker, all);
+  } catch (const InputError& e) {
+    const auto place = places.find(e.key());
+    throw InputError(place == places.end() ? source : place->second.where, e.key(), e.value(), e.problem(),
+                     e.allowed());
+  }
+  for (std::size_t i = 0; i < all.types.size(); ++i) check_type(all.types[i], fmt::format("types[{}]", i), source);
+  return all;
+}
+
+bool is_word_for(const std::string& bare, const std::string& name, const std::vector<std::string>& also) {
+  return bare == bare_name(name) ||
+         std::any_of(also.begin(), also.end(), [&](const std::string& word) { return bare == bare_name(word); });
+}
+
+}  // namespace
+
+std::string bare_name(std::string_view text) {
+  std::string bare;
+  for (const char c : text) {
+    const auto u = static_cast<unsigned char>(c);
+    if (std::isalnum(u) != 0 || c == '#' || u >= 0x80) bare += static_cast<char>(u < 0x80 ? std::tolower(u) : u);
+  }
+  return bare;
+}
+
+const CarType* CarTypes::type(std::string_view text) const {
+  const std::string bare = bare_name(text);
+  for (const CarType& t : types) {
+    if (is_word_for(bare, t.name, t.also)) return &t;
+  }
+  // AAR car type codes: a letter and three digits.
+  const bool digits = std::all_of(bare.begin() + (bare.empty() ? 0 : 1), bare.end(),
+                                  [](unsigned char c) { return std::isdigit(c) != 0; });
+  if (!digits || (bare.size() != 4 && bare.size() != 1)) return nullptr;
+  for (const CarType& t : types) {
+    for (const std::string& code : t.codes) {
+      if (bare_name(code) == bare.substr(0, 1)) return &t;
+    }
+  }
+  return nullptr;
+}
+
+const CouplerType* CarTypes::coupler(std::string_view text) const {
+  const std::string bare = bare_name(text);
+  const auto found = std::find_if(couplers.begin(), couplers.end(),
+                                  [&](const CouplerType& c) { return is_word_for(bare, c.name, c.also); });
+  return found == couplers.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> CarTypes::words() const {
+  std::vector<std::string> all;
+  for (const CarType& t : types) {
+    all.push_back(t.name);
+    all.insert(all.end(), t.also.begin(), t.also.end());
+    for (const std::string& code : t.codes) all.push_back(code);
+  }
+  return all;
+}
+
+const CarTypes& car_types() {
+  static const CarTypes all = [] {
+    constexpr const char* kName = "config/car_types.yaml";
+    return read(load_text(kCarTypesText, kName), kName);
+  }();
+  return all;
+}
+
+CarTypes car_types(const std::string& path) {
+  CarTypes own = read(load_file(path), path);
+  if (!own.bodies.empty())
+    throw InputError(path, "bodies", "", "bodies are those of the program", "types and couplers; heights of a type");
+  const CarTypes& package = car_types();
+  own.bodies = package.bodies;
+  own.types.insert(own.types.end(), package.types.begin(), package.types.end());
+  own.couplers.insert(own.couplers.end(), package.couplers.begin(), package.couplers.end());
+  return own;
+}
+
+const CarBody& body_of(std::string_view name) {
+  const std::vector<CarBody>& all = car_types().bodies;
+  return *std::find_if(all.begin(), all.end() - 1, [&](const CarBody& b) { return b.name == name; });
+}
+
+double centre_height(const CarBody& body, double weight) {
+  const double load = std::clamp((weight - body.empty) / (body.loaded - body.empty), 0.0, 1.0);
+  return body.centre_empty + load * (body.centre_loaded - body.centre_empty);
+}
+
+}  // namespace train_derail::inputs

@@ -1,0 +1,9 @@
+/// \file
+/// The text of config/car_types.yaml, which the library carries in itself.
+#pragma once
+
+namespace train_derail::inputs {
+
+extern const char* const kCarTypesText;
+
+}  // namespace train_derail::inputs
