@@ -27,6 +27,15 @@ inputs::CarTypes types_of(const std::optional<std::string>& path) {
   return path ? inputs::car_types(*path) : inputs::car_types();
 }
 
+/// How a file names another one: from its own folder, if it has one.
+std::string seen_from(const std::string& file, const std::string& other) {
+  if (file == "-") return other;
+  std::error_code error;
+  const fs::path folder = fs::absolute(file).parent_path();
+  const fs::path relative = fs::relative(fs::absolute(other), folder, error);
+  return error || relative.empty() ? fs::absolute(other).string() : relative.string();
+}
+
 int import_consist(const ConsistArguments& a) {
   std::vector<NamedPath> read{{"TRAIN.csv", a.file}};
   if (a.types) read.push_back({"--types", *a.types});
@@ -50,15 +59,6 @@ int import_consist(const ConsistArguments& a) {
 void say_assumptions(const std::string& heading, const std::vector<std::string>& assumptions) {
   std::cerr << "derail: " << heading << "\n";
   for (const std::string& a : assumptions) std::cerr << "  " << files::printable(a) << "\n";
-}
-
-/// How a file names another one: from its own folder, if it has one.
-std::string seen_from(const std::string& file, const std::string& other) {
-  if (file == "-") return other;
-  std::error_code error;
-  const fs::path folder = fs::absolute(file).parent_path();
-  const fs::path relative = fs::relative(fs::absolute(other), folder, error);
-  return error || relative.empty() ? fs::absolute(other).string() : relative.string();
 }
 
 void add_import_command(CLI::App& app, std::function<int()>& chosen) {
