@@ -342,15 +342,29 @@ void describe_curve(V& v, C& c) {
   v.number("length", c.length, required({"m", "ft", between(0.01, 1e5)}), "Length of the arc.");
   v.number("curvature", c.curvature, required({"1/m", "deg/(100 ft)", between(-0.02, 0.02), between(-0.012, 0.012)}),
            "One over the radius, to the left positive.");
+  v.number("superelevation", c.superelevation, {"m", "in", between(0, 0.3), between(0, 0.18)},
+           {"Of the outer rail over the inner one; it runs in over 200 ft about the ends of the arc.", &kSpatial});
+}
+
+template <class V, class G>
+void describe_grade(V& v, G& g) {
+  v.number("start", g.start, required({"m", "ft", kPlaces}), "Along the track from the point of derailment, forward.");
+  v.number("length", g.length, required({"m", "ft", between(0.01, 1e5)}), "Length of the stretch.");
+  v.number(
+      "grade", g.grade, required({"1", "percent", between(-0.1, 0.1), between(-0.04, 0.04)}),
+      {"Rise over run in the direction of travel; it changes over 200 ft about the ends of the stretch.", &kSpatial});
 }
 
 template <class V, class T>
 void describe_track(V& v, T& t) {
   v.number("grade", t.grade, {"1", "percent", between(-0.1, 0.1), between(-0.04, 0.04)},
-           "Rise over run in the direction of travel.");
+           "Rise over run in the direction of travel, of the whole track.");
   v.list(
       "curves", t.curves, [](auto& w, auto& c) { describe_curve(w, c); }, "Arcs; straight between and outside of them.",
       false);
+  v.list(
+      "grades", t.grades, [](auto& w, auto& g) { describe_grade(w, g); },
+      {"Stretches that rise or fall, beside grade; level between and outside of them.", &kSpatial}, false);
 }
 
 template <class V, class B>
@@ -514,7 +528,7 @@ void describe(V& v, S& s) {
   v.group(
       "ground", s.ground, [](auto& w, auto& g) { describe_ground(w, g); }, "Friction under the trucks.");
   v.group("rails", s.rails, [](auto& w, auto& r) { describe_rails(w, r); }, {"Rails that yield.", &kOnRails});
-  v.group("track", s.track, [](auto& w, auto& t) { describe_track(w, t); }, {"Curves and grade.", &kOnRails});
+  v.group("track", s.track, [](auto& w, auto& t) { describe_track(w, t); }, {"Curves and grades.", &kOnRails});
   v.group(
       "brakes", s.brakes, [](auto& w, auto& b) { describe_brakes(w, b); }, "Brakes of the cars on the track.");
   v.group(

@@ -46,13 +46,17 @@ void check_parts(const Scenario& s) {
   }
   if (s.solver.method == Method::semi_implicit && !s.solver.fixed_step)
     refuse("solver.fixed_step", "", "missing: semi_implicit needs a fixed step", "(0, 1] s");
-  for (std::size_t i = 1; i < s.track.curves.size(); ++i) {
-    const double end = s.track.curves[i - 1].start + s.track.curves[i - 1].length;
-    if (s.track.curves[i].start < end) {
-      refuse(fmt::format("track.curves[{}].start", i), fmt::format("{}", s.track.curves[i].start),
-             "the curve begins before the end of the previous curve", fmt::format(">= {} m", end));
+  const auto in_order = [](const auto& stretches, const char* list, const char* what) {
+    for (std::size_t i = 1; i < stretches.size(); ++i) {
+      const double end = stretches[i - 1].start + stretches[i - 1].length;
+      if (stretches[i].start < end) {
+        refuse(fmt::format("{}[{}].start", list, i), fmt::format("{}", stretches[i].start),
+               fmt::format("the {0} begins before the end of the previous {0}", what), fmt::format(">= {} m", end));
+      }
     }
-  }
+  };
+  in_order(s.track.curves, "track.curves", "curve");
+  in_order(s.track.grades, "track.grades", "grade");
   for (std::size_t i = 0; i < s.ground.patches.size(); ++i) {
     const GroundPatch& p = s.ground.patches[i];
     const auto rises = [&](const char* name, double from, double to) {
@@ -91,6 +95,7 @@ void check_counts(const Scenario& s) {
     if (count > most) refuse(key, fmt::format("{} items", count), "too many", fmt::format("at most {}", most));
   };
   items(s.track.curves.size(), kCurvesMax, "track.curves");
+  items(s.track.grades.size(), kCurvesMax, "track.grades");
   items(s.ground.patches.size(), kPatchesMax, "ground.patches");
 }
 

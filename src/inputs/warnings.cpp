@@ -75,6 +75,7 @@ std::map<std::string, std::string> defaults() {
   one_of_each.consist.emplace_back();
   one_of_each.ground.patches.emplace_back();
   one_of_each.track.curves.emplace_back();
+  one_of_each.track.grades.emplace_back();
   std::map<std::string, std::string> values;
   for (KeyValue& v : key_values(one_of_each)) values[v.key] = std::move(v.value);
   return values;

@@ -41,6 +41,7 @@ struct SpatialArrays {
   double step = 0.0;                     ///< s
   double grade = 0.0;                    ///< sine of the slope
   bool straight = true;
+  bool flat = true;                                         ///< all rails are level, at height 0
   double tan_swing = 0.0, sin_pitch = 0.0, cos_roll = 0.0;  ///< of angles below which no stop is engaged
   const double *half_length = nullptr, *half_spacing = nullptr, *centre_height = nullptr;  ///< m
   const double *weight = nullptr, *inverse_mass = nullptr;
@@ -54,9 +55,12 @@ struct SpatialArrays {
   double *force = nullptr, *torque = nullptr;  ///< sums, world frame; about the centre of mass
 
   // Trucks.
-  const double* on_rails = nullptr;                                    ///< 1 or 0
-  const double* offset = nullptr;                                      ///< from the alignment [m]
-  const double *tangent_x = nullptr, *tangent_y = nullptr;             ///< of the track; not used where it is straight
+  const double* on_rails = nullptr;                         ///< 1 or 0
+  const double* offset = nullptr;                           ///< from the alignment [m]
+  const double *tangent_x = nullptr, *tangent_y = nullptr;  ///< of the track; not used where it is straight
+  // Of rails that are not flat: middle between them under a truck [m], slope along the track, and tilt across it with
+  // its change along the track [1/m]; see TrackProfile.
+  const double *rail_height = nullptr, *rail_slope = nullptr, *rail_tilt = nullptr, *rail_twist = nullptr;
   const double* braked = nullptr;                                      ///< strain of the brakes [m]
   double *braked_next = nullptr, *load = nullptr, *leaning = nullptr;  ///< both sides [N]; left less right
   double *brake = nullptr, *lateral = nullptr, *damper = nullptr, *rocker = nullptr;  ///< parts of these forces [N]

@@ -153,7 +153,60 @@ struct AlongRails {
   }
 };
 
-template <class B, bool straight>
+/// Heights of the rails under some trucks: a plane that is twisted along the track. A point that moves gains height
+/// over it by its own height less slope and tilt times what it moves along and across.
+template <class B, bool straight, bool flat>
+struct RailPlane {
+  AlongRails<B, straight> rail;
+  B height, slope, tilt, twist, per_along, per_across;
+  RailPlane(const SpatialArrays& a, std::ptrdiff_t truck) : rail(a, truck) {
+    if constexpr (!flat) {
+      using L = Lanes<B>;
+      const B offset = L::load(a.offset + truck), change = L::load(a.rail_twist + truck);
+      tilt = L::load(a.rail_tilt + truck);
+      height = L::load(a.rail_height + truck) + tilt * offset;
+      slope = L::load(a.rail_slope + truck) + change * offset;
+      twist = change * a.half_base;
+      per_along = Roots<B>::inverse(slope * slope + 1.0);
+      per_across = Roots<B>::inverse(tilt * tilt + 1.0);
+    }
+  }
+  /// Along unit vectors in the plane of the rails.
+  B along(const Three<B>& v) const {
+    if constexpr (flat) return rail.along(v);
+    else return (rail.along(v) + slope * v.z) * per_along;
+  }
+  B across(const Three<B>& v) const {
+    if constexpr (flat) return rail.across(v);
+    else return (rail.across(v) + tilt * v.z) * per_across;
+  }
+  /// What a truck centre and its left wheels against it gain in height as they move.
+  B gain(const Three<B>& v) const {
+    if constexpr (flat) return v.z;
+    else return v.z - slope * rail.along(v) - tilt * rail.across(v);
+  }
+  B rock(const Three<B>& side, const Three<B>& rotation, const Three<B>& velocity) const {
+    if constexpr (flat) return rotation.x * side.y - rotation.y * side.x;
+    else return gain(rotation.cross(side)) - twist * rail.along(velocity);
+  }
+  /// Normal force over its vertical part.
+  B steepness() const {
+    const B square = slope * slope + tilt * tilt + 1.0;
+    return square * Roots<B>::inverse(square);
+  }
+  /// A force of the rails: along, across and its vertical part, all along unit vectors but the last.
+  Three<B> force(const B& forward, const B& sideways, const B& up, const B& leaning) const {
+    if constexpr (flat) {
+      return {rail.x(forward, sideways), rail.y(forward, sideways), up};
+    } else {
+      const B f = forward * per_along, s = sideways * per_across;
+      const B level_along = f - slope * up - twist * leaning, level_across = s - tilt * up;
+      return {rail.x(level_along, level_across), rail.y(level_along, level_across), up + f * slope + s * tilt};
+    }
+  }
+};
+
+template <class B, bool straight, bool flat>
 [[gnu::flatten]] void forces_on(const SpatialArrays& arrays, const double* y) {
   using L = Lanes<B>;
   const SpatialArrays a = arrays;
@@ -171,29 +224,36 @@ template <class B, bool straight>
     Three<B> torque = Three<B>::load(a.about_lead + k + 1, m) * behind - Three<B>::load(a.about_trail + k, m) * ahead;
     force.z = force.z - weight;
     const Three<B> down = f.up * L::load(a.centre_height + k), side = f.left * B(a.half_base);
-    const B rock = w.x * side.y - w.y * side.x;
     for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
       const std::ptrdiff_t truck = end + k;
       const B half = L::load(a.half_spacing + k);
       const Three<B> arm = f.forward * (end == 0 ? half : B(-half)) - down;
       const Three<B> velocity = v + w.cross(arm);
-      const AlongRails<B, straight> rail(a, truck);
+      const RailPlane<B, straight, flat> plane(a, truck);
+      const AlongRails<B, straight>& rail = plane.rail;
+      const B rise = plane.gain(velocity), rock = plane.rock(side, w, velocity), lean = plane.gain(side);
       const auto on = L::load(a.on_rails + truck) > B(0.5);
-      const B press = L::load(a.sag + k) - (height + arm.z);
-      const B right = positive(a.spring * (press + side.z)), left = positive(a.spring * (press - side.z));
+      B press = L::load(a.sag + k) - (height + arm.z);
+      if constexpr (!flat) press = press + plane.height;
+      const B right = positive(a.spring * (press + lean)), left = positive(a.spring * (press - lean));
       const B c = L::load(a.spring_damping + k);
       const auto damped = [&](const B& spring, const B& rate) {
         return select(spring > zero, positive(spring - c * rate), zero);
       };
-      const B total_right = damped(right, velocity.z - rock), total_left = damped(left, velocity.z + rock);
+      const B total_right = damped(right, rise - rock), total_left = damped(left, rise + rock);
       const B carried = select(on, B(total_right + total_left), zero);
       const B leaning = select(on, B(total_left - total_right), zero);
-      L::store(carried, a.load + truck);
-      L::store(leaning, a.leaning + truck);
+      B normal = carried, heavier = leaning;
+      if constexpr (!flat) {
+        normal = normal * plane.steepness();
+        heavier = heavier * plane.steepness();
+      }
+      L::store(normal, a.load + truck);
+      L::store(heavier, a.leaning + truck);
       L::store(select(on, B(carried - (right + left)), zero), a.damper + truck);
       L::store(select(on, B(leaning - (left - right)), zero), a.rocker + truck);
       // Brakes hold a train that stands: what they are strained gives way at their limit.
-      const B limit = share * carried, speed = rail.along(velocity);
+      const B limit = share * normal, speed = plane.along(velocity);
       const B strain = L::load(a.braked + truck) + a.step * speed;
       const B pull = -a.brake_stiffness * strain - L::load(a.brake_damping + k) * speed;
       const B above = select(pull < -limit, B(-limit), pull), brake = select(above > limit, limit, above);
@@ -201,15 +261,19 @@ template <class B, bool straight>
       L::store(select(on, select(slides, B(brake * (-1.0 / a.brake_stiffness)), strain), zero), a.braked_next + truck);
       // At the top of the rails, sideways.
       const B held =
-          rail_force<B>(rails, L::load(a.rail_damping + k), L::load(a.offset + truck), rail.across(velocity));
+          rail_force<B>(rails, L::load(a.rail_damping + k), L::load(a.offset + truck), plane.across(velocity));
       const B lateral = select(on, held, zero);
       L::store(brake, a.brake + truck);
       L::store(lateral, a.lateral + truck);
-      const Three<B> pulled{rail.x(brake, lateral), rail.y(brake, lateral), carried};
+      const Three<B> pulled = plane.force(brake, lateral, carried, leaning);
       force = force + pulled;
       torque = torque + arm.cross(pulled);
-      torque.x = torque.x + side.y * leaning;
-      torque.y = torque.y - side.x * leaning;
+      if constexpr (flat) {
+        torque.x = torque.x + side.y * leaning;
+        torque.y = torque.y - side.x * leaning;
+      } else {
+        torque = torque + side.cross(plane.force(zero, zero, leaning, carried));
+      }
       const B uphill = (-0.5 * a.grade) * weight;
       force.x = force.x + rail.x(uphill, zero);
       force.y = force.y + rail.y(uphill, zero);
@@ -221,11 +285,12 @@ template <class B, bool straight>
 
 template <class B>
 void spatial_forces(const SpatialArrays& a, const double* y) {
-  if (a.straight) forces_on<B, true>(a, y);
-  else forces_on<B, false>(a, y);
+  if (!a.flat) forces_on<B, false, false>(a, y);
+  else if (a.straight) forces_on<B, true, true>(a, y);
+  else forces_on<B, false, true>(a, y);
 }
 
-template <class B, bool straight>
+template <class B, bool straight, bool flat>
 [[gnu::flatten]] void work_on(const SpatialArrays& arrays, const double* before, const double* after, double h,
                               EnergyLedger& spent) {
   using L = Lanes<B>;
@@ -242,17 +307,17 @@ template <class B, bool straight>
     const Three<B> v = both(SVX, k), w = f.world(both(ROLL_RATE, k));
     w.store(a.mean_rotation + k, n);
     const Three<B> down = f.up * L::load(a.centre_height + k), side = f.left * B(a.half_base);
-    const B rock = w.x * side.y - w.y * side.x;
     for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
       const std::ptrdiff_t truck = end + k;
       const B half = L::load(a.half_spacing + k);
       const Three<B> velocity = v + w.cross(f.forward * (end == 0 ? half : B(-half)) - down);
-      const AlongRails<B, straight> rail(a, truck);
+      const RailPlane<B, straight, flat> plane(a, truck);
+      const B rise = plane.gain(velocity), rock = plane.rock(side, w, velocity);
       const B on = fresh * L::load(a.on_rails + truck);
-      brakes = brakes + on * L::load(a.brake + truck) * rail.along(velocity);
-      rails = rails + on * L::load(a.lateral + truck) * rail.across(velocity);
-      dampers = dampers + on * (L::load(a.damper + truck) * velocity.z + L::load(a.rocker + truck) * rock);
-      grade = grade + fresh * L::load(a.weight + k) * rail.along(v);
+      brakes = brakes + on * L::load(a.brake + truck) * plane.along(velocity);
+      rails = rails + on * L::load(a.lateral + truck) * plane.across(velocity);
+      dampers = dampers + on * (L::load(a.damper + truck) * rise + L::load(a.rocker + truck) * rock);
+      grade = grade + fresh * L::load(a.weight + k) * plane.rail.along(v);
     }
   });
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done) {
@@ -273,8 +338,9 @@ template <class B, bool straight>
 
 template <class B>
 void spatial_work(const SpatialArrays& a, const double* before, const double* after, double h, EnergyLedger& spent) {
-  if (a.straight) work_on<B, true>(a, before, after, h, spent);
-  else work_on<B, false>(a, before, after, h, spent);
+  if (!a.flat) work_on<B, false, false>(a, before, after, h, spent);
+  else if (a.straight) work_on<B, true, true>(a, before, after, h, spent);
+  else work_on<B, false, true>(a, before, after, h, spent);
 }
 
 template <class B>

@@ -22,6 +22,7 @@
 #include "train_derail/model/rail_law.hpp"
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
+#include "train_derail/model/track_profile.hpp"
 
 namespace train_derail::model {
 
@@ -105,10 +106,11 @@ struct SpatialModel::Parts {
       : scenario(s),
         n(static_cast<std::size_t>(owner.car_count())),
         step(s.solver.fixed_step.value_or(0.0)),
-        level(model::level(s.terrain)),
+        level(model::level(s.terrain) && s.track.grades.empty()),
         highest_ground(model::highest_ground(s.terrain)),
         cos_part(s.suspension.part_angle < M_PI ? std::cos(s.suspension.part_angle) : -2.0),
         track(s, inputs::track_extent(s).from, inputs::track_extent(s).to),
+        profile(s),
         loops(*kVersions.choose(owner.car_count(), instruction_set)),
         wide(*kSpatialVersions.choose(owner.car_count(), instruction_set)),
         brakes(s, owner.cars(), loops) {
@@ -140,6 +142,8 @@ struct SpatialModel::Parts {
     on_rails.assign(trucks, 1.0);
     tangent_x.assign(trucks, 1.0);
     tangent_y.assign(trucks, 0.0);
+    if (!profile.flat())
+      for (auto* a : {&rail_height, &rail_slope, &rail_tilt, &rail_twist}) a->assign(trucks, 0.0);
     for (auto* a : {&axes, &axes_before}) a->assign(9 * n, 0.0);
     for (auto* a : {&rotation, &spin, &force, &torque, &mean_rotation}) a->assign(3 * n, 0.0);
     for (auto* a : {&bars, &about_lead, &about_trail}) a->assign(3 * (n + 1), 0.0);
@@ -188,6 +192,7 @@ struct SpatialModel::Parts {
     a.step = step;
     a.grade = scenario.track.grade / std::sqrt(1.0 + scenario.track.grade * scenario.track.grade);
     a.straight = track.straight();
+    a.flat = profile.flat();
     const inputs::Coupler& law = scenario.coupler;
     const double swing = std::min(law.swing_limit, law.break_swing);
     a.tan_swing = swing < 0.5 * M_PI ? std::tan(swing) : inputs::kInfinity;
@@ -207,6 +212,10 @@ struct SpatialModel::Parts {
     a.offset = offset.data();
     a.tangent_x = tangent_x.data();
     a.tangent_y = tangent_y.data();
+    a.rail_height = rail_height.data();
+    a.rail_slope = rail_slope.data();
+    a.rail_tilt = rail_tilt.data();
+    a.rail_twist = rail_twist.data();
     a.load = load.data();
     a.leaning = leaning.data();
     a.brake = brake.data();
@@ -238,8 +247,9 @@ struct SpatialModel::Parts {
   const std::size_t n;
   const double step;
   const bool level;
-  const double highest_ground, cos_part;
+  const double highest_ground, cos_part;  // highest_ground: where the track is level
   Track track;
+  const TrackProfile profile;
   const ExtendedKernels& loops;
   const SpatialKernels& wide;
   AirBrakes brakes;
@@ -256,6 +266,7 @@ struct SpatialModel::Parts {
   std::vector<Cause> first_cause;
   std::vector<double> on_rails, arc, offset, tangent_x, tangent_y, place_x, place_y, overloaded, lateral,
       lateral_before, kick;
+  std::vector<double> rail_height, rail_slope, rail_tilt, rail_twist;  // empty where all rails are flat
   std::vector<double> load, leaning, brake, damper, rocker, braked, braked_next;
   std::size_t ordered = 0, standing = 0;  // derailments in order; the first of the last cars that stand on the rails
 
@@ -319,20 +330,60 @@ struct SpatialModel::Parts {
   };
   Under ground_under(const Vector3d& p, double s_near) const {
     if (level) return {-scenario.terrain.rail_height, Vector3d::UnitZ()};
-    if (track.straight()) {
+    if (track.straight() && profile.flat()) {
       const GroundHeight g = ground_height(scenario.terrain, p.y());
       return {g.z, {0.0, -g.slope, 1.0}};
     }
     const double s = track.foot({p.x(), p.y()}, s_near);
     const Track::Node node = track.at(s);
-    const double offset = (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();
-    const GroundHeight g = ground_height(scenario.terrain, offset);
-    return {g.z, {g.slope * node.tangent.y(), -g.slope * node.tangent.x(), 1.0}};
+    const GroundHeight g = ground_height(scenario.terrain, offset_of(p, node));
+    const TrackProfile::Place along = profile.at(s);
+    return {along.bed + g.z,
+            {g.slope * node.tangent.y() - along.grade * node.tangent.x(),
+             -g.slope * node.tangent.x() - along.grade * node.tangent.y(), 1.0}};
+  }
+  static double offset_of(const Vector3d& p, const Track::Node& node) {
+    return (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();
+  }
+  /// Height of the rails' plane at a point.
+  double rails_under(const Vector3d& p, double s_near) const {
+    if (profile.flat()) return 0.0;
+    const double s = track.foot({p.x(), p.y()}, s_near);
+    const TrackProfile::Place along = profile.at(s);
+    return along.height + along.tilt * (offset_of(p, track.at(s)) - track.alignment(s));
+  }
+  /// No ground under a car is higher.
+  double highest_ground_under(std::size_t car) const {
+    if (profile.flat()) return highest_ground;
+    // Of all its points the first truck is no farther away than that.
+    return highest_ground + profile.at(arc[car]).bed + 4.0 * radius[car] * profile.steepest();
   }
 
   Vector3d wheel(const SpatialMotion& q, std::size_t truck, bool left) const {
     const double half_base = scenario.suspension.half_base;
     return q.point(truck_place(truck) + Vector3d(0.0, left ? half_base : -half_base, 0.0));
+  }
+
+  /// A car that stands in the plane, on rails that rise and tilt.
+  SpatialMotion on_rails_at(std::size_t car, const CarMotion& flat) const {
+    const Body& b = bodies[car];
+    const auto rails_at = [&](double arm) { return profile.at(track.nearest(flat.centre + arm * flat.axis)); };
+    const TrackProfile::Place front = rails_at(b.half_spacing), rear = rails_at(-b.half_spacing);
+    SpatialMotion q;
+    const Vector3d forward =
+        Vector3d(flat.axis.x(), flat.axis.y(), 0.5 * (front.height - rear.height) / b.half_spacing).normalized();
+    const Vector3d across(-flat.axis.y(), flat.axis.x(), 0.5 * (front.tilt + rear.tilt));
+    q.axes.col(0) = forward;
+    q.axes.col(1) = (across - across.dot(forward) * forward).normalized();
+    q.axes.col(2) = forward.cross(q.axes.col(1));
+    q.centre = Vector3d(flat.centre.x(), flat.centre.y(), 0.5 * (front.height + rear.height)) +
+               b.centre_height * q.axes.col(2);
+    const Vector3d velocity(flat.velocity.x(), flat.velocity.y(), 0.0);
+    q.velocity = flat.velocity.dot(flat.axis) * forward +
+                 (velocity - flat.velocity.dot(flat.axis) * Vector3d(flat.axis.x(), flat.axis.y(), 0.0));
+    q.rotation = Vector3d(0.0, 0.0, flat.omega);
+    q.body_rates = q.axes.transpose() * q.rotation;
+    return q;
   }
 
   void add(std::size_t car, const Vector3d& f, const Vector3d& t) {
@@ -438,7 +489,8 @@ struct SpatialModel::Parts {
     const Vector3d rise(axes[2 * n + car], axes[5 * n + car], axes[8 * n + car]);
     const double middle = state[SZ * n + car];
     const double lowest = middle + rise.dot(b.box_centre) - rise.cwiseAbs().dot(b.box_half);
-    if (lowest > highest_ground) {
+    const double highest = highest_ground_under(car);
+    if (lowest > highest) {
       if (lies[car])
         std::fill_n(sheared_next.begin() + static_cast<std::ptrdiff_t>(kPoints * car + kWheels), kCorners,
                     Vector3d::Zero());
@@ -449,7 +501,7 @@ struct SpatialModel::Parts {
     for (std::size_t i = 0; i < kCorners; ++i) {
       const std::size_t point = kPoints * car + kWheels + i;
       const Vector3d own = corner_of(b, i);
-      if (middle + rise.dot(own) < highest_ground) {
+      if (middle + rise.dot(own) < highest) {
         const Vector3d place = q.point(own);
         const Under under = ground_under(place, arc[car]);
         const double depth = under.z - place.z();
@@ -748,7 +800,7 @@ struct SpatialModel::Parts {
     double e = 0.0;
     for (const bool left : {false, true}) {
       const Vector3d place = wheel(q, truck, left);
-      const double ground = on_rails[truck] != 0.0 ? 0.0 : ground_under(place, arc[truck]).z;
+      const double ground = on_rails[truck] != 0.0 ? rails_under(place, arc[truck]) : ground_under(place, arc[truck]).z;
       const double depth = std::max(b.sag - (place.z() - ground), 0.0);
       e += 0.5 * b.spring * depth * depth;
     }
@@ -845,6 +897,13 @@ struct SpatialModel::Parts {
         offset[truck] =
             (place_y[truck] - node.point.y()) * node.tangent.x() - (place_x[truck] - node.point.x()) * node.tangent.y();
       }
+    }
+    for (std::size_t truck = 0; truck < rail_height.size(); ++truck) {
+      const TrackProfile::Place along = profile.at(arc[truck]);
+      rail_height[truck] = along.height;
+      rail_slope[truck] = along.slope;
+      rail_tilt[truck] = along.tilt;
+      rail_twist[truck] = along.twist;
     }
     if (!track.aligned()) {
       loops.subtract_alignment(static_cast<std::ptrdiff_t>(2 * n), track.alignments(), arc.data(), on_rails.data(),
@@ -986,6 +1045,10 @@ StateVector SpatialModel::initial_state() const {
   for (Eigen::Index k = 0; k < n; ++k) {
     const CarMotion car = plane.car_motion(flat.data(), k);
     const double theta = std::atan2(car.axis.y(), car.axis.x());
+    if (!parts_->profile.flat()) {
+      place(y.data(), k, parts_->on_rails_at(static_cast<std::size_t>(k), car));
+      continue;
+    }
     y[SX * n + k] = car.centre.x();
     y[SY * n + k] = car.centre.y();
     y[SZ * n + k] = at(k).centre_height;
@@ -1073,7 +1136,8 @@ Observation SpatialModel::observe(const double* y) const {
       const std::size_t truck = p.truck_of(k, front);
       const Vector3d place = q.point(p.truck_place(truck));
       const TrackPlace by_track = track_place(car, {place.x(), place.y()});
-      (front ? o.front_truck : o.rear_truck) = {by_track.s, by_track.offset, place.z(), p.load[truck]};
+      const double height = place.z() - p.profile.at(by_track.s).height;
+      (front ? o.front_truck : o.rear_truck) = {by_track.s, by_track.offset, height, p.load[truck]};
     }
     o.past_pod = past_pod(car);
     o.derailed = derailed(car);
@@ -1141,7 +1205,9 @@ Footprint SpatialModel::footprint(const double* y, Eigen::Index car) const {
 std::optional<Attitude> SpatialModel::attitude(const double* y, Eigen::Index car) const {
   const Body& b = parts_->bodies[static_cast<std::size_t>(car)];
   const SpatialMotion q = motion(y, car);
-  const double middle = q.point(b.box_centre).z();
+  const Vector3d centre = q.point(b.box_centre);
+  const double rails = parts_->profile.at(track_place(car, {centre.x(), centre.y()}).s).bed;
+  const double middle = centre.z() - rails;
   return Attitude{std::acos(std::clamp(q.axes(2, 2), -1.0, 1.0)), middle,
                   middle - q.axes.row(2).cwiseAbs().dot(b.box_half)};
 }

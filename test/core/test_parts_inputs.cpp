@@ -138,6 +138,19 @@ TEST(Parts, ACarHasToBeLeftToDerail) {
             "scenario: initial.cars_ahead = '-1': out of range; allowed: [0, 999]");
 }
 
+TEST(Parts, GradesFollowEachOther) {
+  EXPECT_EQ(refusal([](Scenario& s) { s.track.grades = {{-100.0, 50.0, 0.01}, {-50.0, 50.0, -0.01}}; }), "no error");
+  EXPECT_EQ(refusal([](Scenario& s) {
+              s.track.grades = {{-100.0, 50.0, 0.01}, {-51.0, 50.0, -0.01}};
+            }),
+            "scenario: track.grades[1].start = '-51': the grade begins before the end of the previous grade; allowed: "
+            ">= -50 m");
+  EXPECT_EQ(refusal([](Scenario& s) {
+              for (int i = 0; i < 1001; ++i) s.track.grades.push_back({10.0 * i, 5.0, 0.01});
+            }),
+            "scenario: track.grades = '1001 items': too many; allowed: at most 1000");
+}
+
 TEST(Parts, CurvesFollowEachOther) {
   EXPECT_EQ(refusal([](Scenario& s) { s.track.curves = {{-100.0, 50.0, 0.001}, {-50.0, 50.0, -0.001}}; }), "no error");
   EXPECT_EQ(refusal([](Scenario& s) {
@@ -205,6 +218,10 @@ TEST(Parts, EveryNumberIsFiniteAndInItsRange) {
                                     NUMBER(track.curves[0].start, any),
                                     NUMBER(track.curves[0].length, 0.0),
                                     NUMBER(track.curves[0].curvature, -0.03),
+                                    NUMBER(track.curves[0].superelevation, -0.1),
+                                    NUMBER(track.grades[0].start, any),
+                                    NUMBER(track.grades[0].length, 0.0),
+                                    NUMBER(track.grades[0].grade, 0.2),
                                     NUMBER(brakes.rolling_resistance, -0.1),
                                     NUMBER(brakes.force, -0.1),
                                     NUMBER(brakes.build_up_time, -0.1),
@@ -222,6 +239,7 @@ TEST(Parts, EveryNumberIsFiniteAndInItsRange) {
   Scenario valid = test::accident(10);
   valid.ground.patches = {{0.0, 5.0, 0.0, 1.0, 2.0}};
   valid.track.curves = {{-100.0, 50.0, 0.001}};
+  valid.track.grades = {{-100.0, 50.0, 0.01}};
   ASSERT_EQ(refusal(valid), "no error");
   const auto begins = [](const std::string& text, const std::string& with) {
     return text.compare(0, with.size(), with) == 0;
@@ -248,7 +266,8 @@ TEST(Parts, SurviveWritingAndReading) {
   s.consist[0].brake_source = inputs::BrakeSource::remote;
   s.ground.patches = {{1.0, 2.0, 3.0, 4.0, 0.5}, {5.0, 6.0, 7.0, 8.0, 1.5}};
   s.track.grade = -0.012;
-  s.track.curves = {{-300.0, 100.0, 0.002}, {10.0, 20.0, -0.003}};
+  s.track.curves = {{-300.0, 100.0, 0.002}, {10.0, 20.0, -0.003, 0.05}};
+  s.track.grades = {{-300.0, 100.0, 0.01}, {10.0, 20.0, -0.02}};
   s.brakes.signal = inputs::BrakeSignal::electronic;
   s.brakes.emergency_time = -1.0 / 3.0;
   s.initial.cars_ahead = 4;
@@ -259,6 +278,8 @@ TEST(Parts, SurviveWritingAndReading) {
   EXPECT_EQ(again.consist[0].brake_source, inputs::BrakeSource::remote);
   EXPECT_EQ(again.ground.patches.at(1).factor, 1.5);
   EXPECT_EQ(again.track.curves.at(1).curvature, -0.003);
+  EXPECT_EQ(again.track.curves.at(1).superelevation, 0.05);
+  EXPECT_EQ(again.track.grades.at(1).grade, -0.02);
   EXPECT_EQ(again.brakes.emergency_time, s.brakes.emergency_time);
   EXPECT_EQ(again.brakes.signal, inputs::BrakeSignal::electronic);
   EXPECT_EQ(again.initial.cars_ahead, 4);

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -14,6 +15,7 @@
 #include "train_derail/model/step_limit.hpp"
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
+#include "train_derail/model/track_profile.hpp"
 #include "train_derail/simulation/checkpoint.hpp"
 
 namespace train_derail {
@@ -154,17 +156,18 @@ TEST(OnTheRails, AStraightTrainRollsAndNothingHappens) {
   EXPECT_NEAR(train.energy().total() / energy, 1.0, 1e-12);
 }
 
-/// One car on an arc of that curvature to the left, moving along it, leaning out by `roll`.
-Train in_curve(inputs::Scenario s, double curvature, double speed, double roll = 0.0) {
-  s.track.curves = {{-700.0, 700.0, curvature}};
+/// One car on an arc of that curvature to the left, moving along it, leaning out of the rails' plane by `roll`.
+Train in_curve(inputs::Scenario s, double curvature, double speed, double roll = 0.0, double superelevation = 0.0) {
+  s.track.curves = {{-700.0, 700.0, curvature, superelevation}};
   const model::Track track(s, -800.0, 100.0);
   const model::Track::Node node = track.at(-650.0);
   const Matrix3d along = turned(std::atan2(node.tangent.y(), node.tangent.x()), Vector3d::UnitZ());
-  const Matrix3d axes = along * turned(roll, Vector3d::UnitX());
+  const double bank = -std::copysign(std::atan(0.5 * superelevation / s.suspension.half_base), curvature);
+  const Matrix3d axes = along * turned(bank + roll, Vector3d::UnitX());
   const Vector3d yaw_rate(0.0, 0.0, speed * curvature);
   // Both trucks on the arc.
   const double spacing = model::expand(s.consist)[0].truck_spacing, inwards = 0.125 * spacing * spacing * curvature;
-  const Vector3d foot = Vector3d(node.point.x(), node.point.y(), 0.0) + inwards * along.col(1);
+  const Vector3d foot = Vector3d(node.point.x(), node.point.y(), 0.5 * superelevation) + inwards * along.col(1);
   return Train(s, {at(foot + height_of(s) * axes.col(2), axes, speed * along.col(0), axes.transpose() * yaw_rate)});
 }
 
@@ -192,6 +195,115 @@ TEST(OnTheRails, WheelLoadsInACurve) {
   EXPECT_NEAR(loads.sum() / car.weight, 1.0, 2e-3);
   EXPECT_NEAR(((loads[0] + loads[2]) - (loads[1] + loads[3])) * b / (stiffness * lean), 1.0, 0.01);
   EXPECT_NEAR(train.roll(0) / lean, 1.0, 0.01);
+}
+
+TEST(OnTheRails, WheelLoadsInACurveWithSuperelevation) {
+  const inputs::Scenario s = held(1, 5e-4);
+  const double b = s.suspension.half_base, h = height_of(s), stiffness = 4.0 * s.suspension.stiffness * b * b;
+  const double superelevation = 0.1, bank = std::atan(0.5 * superelevation / b);
+  for (const double curvature : {1.0 / 250.0, -1.0 / 250.0}) {
+    const double balance = std::sqrt(kGravity * std::tan(bank) / std::abs(curvature));
+    for (const double share : {0.0, 1.0, 1.4}) {
+      const double speed = share * balance;
+      Train train = in_curve(s, curvature, speed, 0.0, superelevation);
+      train.to(6.0);
+      const model::Car& car = train.model().cars()[0];
+      // In the plane of the rails, outwards, and square to it.
+      const double outwards = speed * speed * std::abs(curvature);
+      const double across = car.mass * (outwards * std::cos(bank) - kGravity * std::sin(bank));
+      const double onto = car.mass * (outwards * std::sin(bank) + kGravity * std::cos(bank));
+      const double lean = across * h / (stiffness - onto * h);
+      const Eigen::Vector4d loads = train.model().wheel_loads(0);
+      const double right = loads[0] + loads[2], left = loads[1] + loads[3];
+      EXPECT_NEAR((right + left) / onto, 1.0, 2e-3);
+      const double outer = curvature > 0.0 ? right - left : left - right;
+      EXPECT_NEAR(outer / car.weight, stiffness * lean / b / car.weight, 3e-3) << share;
+      if (share == 1.0) EXPECT_NEAR(outer / car.weight, 0.0, 3e-3);
+      else EXPECT_GT(std::abs(outer / car.weight), 0.1);
+    }
+  }
+}
+
+TEST(OnTheRails, SuperelevationRunsInAndRaisesTheOuterRail) {
+  inputs::Scenario s = spatial(1);
+  s.track.curves = {{-300.0, 100.0, 1.0 / 400.0, 0.12}, {-200.0, 100.0, 1.0 / 300.0, 0.12}, {50.0, 90.0, -0.002, 0.06}};
+  const model::TrackProfile profile(s);
+  const double half = 0.5 * model::TrackProfile::kRunIn, b = s.suspension.half_base;
+  const auto rail = [&](double at, double side) { return profile.at(at).height + side * b * profile.at(at).tilt; };
+  struct Case {
+    double at, left, right;
+  };
+  const std::vector<Case> cases{{-1000.0, 0.0, 0.0},
+                                {-300.0 - half - 2.0, 0.0, 0.0},
+                                {-300.0, 0.0, 0.06},
+                                {-300.0 + half + 2.0, 0.0, 0.12},
+                                {-200.0, 0.0, 0.12},
+                                {-100.0, 0.0, 0.06},
+                                {-100.0 + 0.5 * half, 0.0, 0.03},
+                                {0.0, 0.0, 0.0},
+                                {95.0, 0.06, 0.0},
+                                {1000.0, 0.0, 0.0}};
+  for (const Case& c : cases) {
+    EXPECT_NEAR(rail(c.at, 1.0), c.left, 1e-3) << c.at;
+    EXPECT_NEAR(rail(c.at, -1.0), c.right, 1e-3) << c.at;
+    EXPECT_EQ(profile.at(c.at).bed, 0.0);
+  }
+}
+
+TEST(OnTheRails, ACarThatRollsDownGainsTheSpeedOfTheHeight) {
+  inputs::Scenario s = spatial(1);
+  s.track.grades = {{-400.0, 200.0, -0.02}};
+  const double drop = 4.0;
+  EXPECT_NEAR(model::TrackProfile(s).at(-500.0).height, drop, 1e-9);
+  EXPECT_EQ(model::TrackProfile(s).at(-100.0).height, 0.0);
+  for (const double offset : {0.0, 0.12}) {
+    if (offset > 0.0) s.track.curves = {{-450.0, 400.0, 1.0 / 500.0, offset}};  // and up onto superelevation and off it
+    const model::Track track(s, -600.0, 0.0);
+    const model::Track::Node node = track.at(-520.0);
+    const Matrix3d axes = turned(std::atan2(node.tangent.y(), node.tangent.x()), Vector3d::UnitZ());
+    const Vector3d foot(node.point.x(), node.point.y(), drop + height_of(s));
+    Train train(s, {at(foot, axes, 8.0 * axes.col(0))});
+    const model::EnergyLedger before = train.energy();
+    double middle = 0.0;
+    while (train.car(0).centre.x() < -8.0) {
+      ASSERT_LT(train.time(), 100.0);
+      train.step();
+      if (train.car(0).centre.x() < -250.0) middle = train.car(0).centre.z() - height_of(s);
+    }
+    EXPECT_TRUE(train.incidents().derailments.empty());
+    const model::EnergyLedger after = train.energy();
+    const double fallen = kGravity * drop * train.model().cars()[0].mass;
+    EXPECT_NEAR(before.height / fallen, 1.0, 1e-6);
+    EXPECT_NEAR(after.height / fallen, 0.0, 1e-4);
+    EXPECT_NEAR((after.kinetic() - before.kinetic() + after.work_rails + after.work_truck_damping) / fallen, 1.0, 3e-4);
+    EXPECT_NEAR((after.total() - before.total()) / fallen, 0.0, offset > 0.0 ? 2e-5 : 1e-8);
+    if (offset == 0.0) {
+      EXPECT_NEAR(train.car(0).velocity.x(), std::sqrt(64.0 + 2.0 * kGravity * drop), 1e-3);
+      EXPECT_NEAR(middle, 0.02 * (250.0 - 200.0), 0.02);
+    }
+  }
+}
+
+TEST(OnTheRails, ACarStartsAtRestInThePlaneOfTheRails) {
+  inputs::Scenario s = spatial(3);
+  s.initial.speed = 0.0;
+  s.initial.cars_ahead = 2;
+  s.track.grades = {{-500.0, 1000.0, 0.02}};
+  s.track.curves = {{-500.0, 1000.0, -1.0 / 400.0, 0.1}};
+  s.brakes.force = 0.2;
+  s.brakes.build_up_time = 0.0;
+  s.brakes.emergency_time = -100.0;
+  Train train(s);
+  const SpatialMotion before = train.car(0);
+  EXPECT_NEAR(before.axes(2, 0), 0.02, 1e-5);
+  EXPECT_NEAR(before.axes(2, 1), 0.05 / s.suspension.half_base, 3e-4);
+  train.to(20.0);
+  // Brakes hold it. It leans inwards on its springs, no more.
+  const SpatialMotion after = train.car(0);
+  EXPECT_LT(after.velocity.norm(), 1e-2);
+  EXPECT_NEAR((after.centre - before.centre).dot(before.axes.col(0)), 0.0, 5e-3);
+  EXPECT_LT((after.axes.col(0) - before.axes.col(0)).norm(), 1e-3);
+  EXPECT_NEAR(after.axes(2, 1) - before.axes(2, 1), 0.027, 0.005);
 }
 
 TEST(OnTheRails, ACarTipsAtTheLateralAccelerationOfTheClosedForm) {
@@ -549,11 +661,12 @@ TEST(SpatialImpact, SidesAreCrushedBelowTheForceOfEnds) {
 
 // Whole runs
 
-inputs::Scenario everything(int cars, double step) {
+inputs::Scenario everything(int cars, double step, bool hilly = false) {
   inputs::Scenario s = test::accident(cars);
   s.model = inputs::Model::spatial;
   s.track.grade = -0.01;
-  s.track.curves = {{-400.0, 700.0, 1.0 / 600.0}};
+  s.track.curves = {{-400.0, 700.0, 1.0 / 600.0, hilly ? 0.1 : 0.0}};
+  if (hilly) s.track.grades = {{-300.0, 250.0, -0.015}, {-50.0, 400.0, 0.02}};
   s.terrain.bank_left = 2.0;
   s.terrain.bank_right = -1.0;
   s.terrain.ballast_height = 0.5;
@@ -568,8 +681,8 @@ inputs::Scenario everything(int cars, double step) {
 }
 
 TEST(SpatialRun, EnergyIsAccountedFor) {
-  for (const double step : {2e-3, 5e-4}) {
-    simulation::Simulation sim(everything(30, step));
+  for (const auto& [step, hilly] : {std::pair(2e-3, false), std::pair(5e-4, false), std::pair(2e-3, true)}) {
+    simulation::Simulation sim(everything(30, step, hilly));
     sim.run();
     const outcome::Outcome o = sim.outcome();
     EXPECT_EQ(o.ended, outcome::Ended::at_rest) << step << ' ' << o.energy.kinetic();
@@ -609,7 +722,7 @@ TEST(SpatialRun, MirroredIsTheMirrorImage) {
   s.initial.perturbation.kick = s.initial.perturbation.alignment = 0.0;
   s.terrain.bank_left = 2.0;
   s.terrain.ballast_height = 0.5;
-  s.track.curves = {{-300.0, 500.0, 1.0 / 500.0}};
+  s.track.curves = {{-300.0, 500.0, 1.0 / 500.0, 0.08}};
   inputs::Scenario m = s;
   m.initial.yaw_rate *= -1.0;
   std::swap(m.terrain.bank_left, m.terrain.bank_right);
@@ -729,22 +842,24 @@ TEST(SpatialRun, FlatLowAndWideEndsAsInThePlane) {
 }
 
 TEST(SpatialRun, IsTheSameForEveryInstructionSet) {
-  // As many cars as leave a part of the widest block.
-  const inputs::Scenario s = everything(18, 2e-3);
-  Train plain(s, {}, "plain");
-  plain.to(3.0);
-  EXPECT_GT(plain.incidents().derailments.size(), 2U);
-  for (const std::string& set : model::SpatialModel::instruction_sets(18)) {
-    Train train(s, {}, set);
-    train.to(3.0);
-    for (Eigen::Index k = 0; k < 18; ++k) {
-      EXPECT_LT((train.car(k).centre - plain.car(k).centre).norm(), 1e-6) << set << " car " << k;
-      EXPECT_LT((train.car(k).axes - plain.car(k).axes).norm(), 1e-6) << set << " car " << k;
+  for (const bool hilly : {false, true}) {
+    // As many cars as leave a part of the widest block.
+    const inputs::Scenario s = everything(18, 2e-3, hilly);
+    Train plain(s, {}, "plain");
+    plain.to(3.0);
+    EXPECT_GT(plain.incidents().derailments.size(), 2U);
+    for (const std::string& set : model::SpatialModel::instruction_sets(18)) {
+      Train train(s, {}, set);
+      train.to(3.0);
+      for (Eigen::Index k = 0; k < 18; ++k) {
+        EXPECT_LT((train.car(k).centre - plain.car(k).centre).norm(), 1e-6) << set << " car " << k;
+        EXPECT_LT((train.car(k).axes - plain.car(k).axes).norm(), 1e-6) << set << " car " << k;
+      }
+      EXPECT_NEAR(train.energy().total(), plain.energy().total(), 1e-6 * plain.energy().total()) << set;
+      EXPECT_NEAR(train.energy().work_coupler_damping, plain.energy().work_coupler_damping,
+                  1e-4 * plain.energy().work_coupler_damping)
+          << set;
     }
-    EXPECT_NEAR(train.energy().total(), plain.energy().total(), 1e-6 * plain.energy().total()) << set;
-    EXPECT_NEAR(train.energy().work_coupler_damping, plain.energy().work_coupler_damping,
-                1e-4 * plain.energy().work_coupler_damping)
-        << set;
   }
 }
 

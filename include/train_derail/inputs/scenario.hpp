@@ -148,15 +148,24 @@ struct Rails {
 
 /// Arc of constant curvature. The track is straight between the arcs and outside of them.
 struct Curve {
-  double start = 0.0;      ///< arc length where it begins, from the point of derailment, forward [m]
-  double length = 0.0;     ///< length of the arc [m]
-  double curvature = 0.0;  ///< 1 / radius, positive to the left [1/m]
+  double start = 0.0;           ///< arc length where it begins, from the point of derailment, forward [m]
+  double length = 0.0;          ///< length of the arc [m]
+  double curvature = 0.0;       ///< 1 / radius, positive to the left [1/m]
+  double superelevation = 0.0;  ///< of the outer rail over the inner one, Model::spatial only [m]
 };
 
-/// Curves and grade of the track; both need OnTrackLaw::rails.
+/// Stretch of track that rises or falls, Model::spatial only. The track is level between these and outside of them.
+struct GradeSection {
+  double start = 0.0;   ///< arc length where it begins, from the point of derailment, forward [m]
+  double length = 0.0;  ///< its length [m]
+  double grade = 0.0;   ///< rise over run in the direction of travel, uphill positive [-]
+};
+
+/// Curves and grades of the track; they need OnTrackLaw::rails.
 struct Track {
-  double grade = 0.0;         ///< rise over run in the direction of travel, uphill positive [-]
+  double grade = 0.0;         ///< of the whole track, rise over run in the direction of travel, uphill positive [-]
   std::vector<Curve> curves;  ///< in the order of their start, without overlap
+  std::vector<GradeSection> grades;  ///< heights beside `grade`; in the order of their start, without overlap
 };
 
 /// How cars on the track are braked.
