@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "model/rail_frame.hpp"
 #include "model/rotation.hpp"
 #include "model/spatial_kernels.hpp"
 #include "simd/blocks.hpp"
@@ -125,39 +126,11 @@ template <class B>
   });
 }
 
-/// Directions of the rails under some trucks.
-template <class B, bool straight>
-struct AlongRails {
-  B tx, ty;
-  AlongRails(const SpatialArrays& a, std::ptrdiff_t truck) {
-    if constexpr (!straight) {
-      tx = Lanes<B>::load(a.tangent_x + truck);
-      ty = Lanes<B>::load(a.tangent_y + truck);
-    }
-  }
-  B along(const Three<B>& v) const {
-    if constexpr (straight) return v.x;
-    else return v.x * tx + v.y * ty;
-  }
-  B across(const Three<B>& v) const {
-    if constexpr (straight) return v.y;
-    else return v.y * tx - v.x * ty;
-  }
-  B x(const B& along, const B& across) const {
-    if constexpr (straight) return along;
-    else return along * tx - across * ty;
-  }
-  B y(const B& along, const B& across) const {
-    if constexpr (straight) return across;
-    else return along * ty + across * tx;
-  }
-};
-
 /// Heights of the rails under some trucks: a plane that is twisted along the track. A point that moves gains height
 /// over it by its own height less slope and tilt times what it moves along and across.
 template <class B, bool straight, bool flat>
 struct RailPlane {
-  AlongRails<B, straight> rail;
+  RailFrame<B, straight> rail;
   B height, slope, tilt, twist, per_along, per_across;
   RailPlane(const SpatialArrays& a, std::ptrdiff_t truck) : rail(a, truck) {
     if constexpr (!flat) {
@@ -173,21 +146,21 @@ struct RailPlane {
   }
   /// Along unit vectors in the plane of the rails.
   B along(const Three<B>& v) const {
-    if constexpr (flat) return rail.along(v);
-    else return (rail.along(v) + slope * v.z) * per_along;
+    if constexpr (flat) return rail.along(v.x, v.y);
+    else return (rail.along(v.x, v.y) + slope * v.z) * per_along;
   }
   B across(const Three<B>& v) const {
-    if constexpr (flat) return rail.across(v);
-    else return (rail.across(v) + tilt * v.z) * per_across;
+    if constexpr (flat) return rail.across(v.x, v.y);
+    else return (rail.across(v.x, v.y) + tilt * v.z) * per_across;
   }
   /// What a truck centre and its left wheels against it gain in height as they move.
   B gain(const Three<B>& v) const {
     if constexpr (flat) return v.z;
-    else return v.z - slope * rail.along(v) - tilt * rail.across(v);
+    else return v.z - slope * rail.along(v.x, v.y) - tilt * rail.across(v.x, v.y);
   }
   B rock(const Three<B>& side, const Three<B>& rotation, const Three<B>& velocity) const {
     if constexpr (flat) return rotation.x * side.y - rotation.y * side.x;
-    else return gain(rotation.cross(side)) - twist * rail.along(velocity);
+    else return gain(rotation.cross(side)) - twist * rail.along(velocity.x, velocity.y);
   }
   /// Normal force over its vertical part.
   B steepness() const {
@@ -197,11 +170,13 @@ struct RailPlane {
   /// A force of the rails: along, across and its vertical part, all along unit vectors but the last.
   Three<B> force(const B& forward, const B& sideways, const B& up, const B& leaning) const {
     if constexpr (flat) {
-      return {rail.x(forward, sideways), rail.y(forward, sideways), up};
+      const Plan<B> level = rail.world(forward, sideways);
+      return {level.x, level.y, up};
     } else {
       const B f = forward * per_along, s = sideways * per_across;
       const B level_along = f - slope * up - twist * leaning, level_across = s - tilt * up;
-      return {rail.x(level_along, level_across), rail.y(level_along, level_across), up + f * slope + s * tilt};
+      const Plan<B> level = rail.world(level_along, level_across);
+      return {level.x, level.y, up + f * slope + s * tilt};
     }
   }
 };
@@ -230,7 +205,7 @@ template <class B, bool straight, bool flat>
       const Three<B> arm = f.forward * (end == 0 ? half : B(-half)) - down;
       const Three<B> velocity = v + w.cross(arm);
       const RailPlane<B, straight, flat> plane(a, truck);
-      const AlongRails<B, straight>& rail = plane.rail;
+      const RailFrame<B, straight>& rail = plane.rail;
       const B rise = plane.gain(velocity), rock = plane.rock(side, w, velocity), lean = plane.gain(side);
       const auto on = L::load(a.on_rails + truck) > B(0.5);
       B press = L::load(a.sag + k) - (height + arm.z);
@@ -274,9 +249,9 @@ template <class B, bool straight, bool flat>
       } else {
         torque = torque + side.cross(plane.force(zero, zero, leaning, carried));
       }
-      const B uphill = (-0.5 * a.grade) * weight;
-      force.x = force.x + rail.x(uphill, zero);
-      force.y = force.y + rail.y(uphill, zero);
+      const Plan<B> uphill = rail.world((-0.5 * a.grade) * weight, zero);
+      force.x = force.x + uphill.x;
+      force.y = force.y + uphill.y;
     }
     force.store(a.force + k, n);
     torque.store(a.torque + k, n);
@@ -317,7 +292,7 @@ template <class B, bool straight, bool flat>
       brakes = brakes + on * L::load(a.brake + truck) * plane.along(velocity);
       rails = rails + on * L::load(a.lateral + truck) * plane.across(velocity);
       dampers = dampers + on * (L::load(a.damper + truck) * rise + L::load(a.rocker + truck) * rock);
-      grade = grade + fresh * L::load(a.weight + k) * plane.rail.along(v);
+      grade = grade + fresh * L::load(a.weight + k) * plane.rail.along(v.x, v.y);
     }
   });
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done) {

@@ -13,6 +13,7 @@
 
 #include "model/extended_kernels.hpp"
 #include "model/kernels_impl.hpp"
+#include "model/rail_frame.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
 
@@ -20,33 +21,7 @@ namespace train_derail::model {
 
 /// A force in the world frame [N].
 template <class B>
-struct Pull {
-  B x, y;
-};
-
-/// Directions along the rails and to their left at some trucks. On straight track these are x and y.
-template <class B, bool straight>
-struct RailFrame {
-  B tx, ty;
-  RailFrame(const TruckArrays& a, std::ptrdiff_t truck) {
-    if constexpr (!straight) {
-      tx = Lanes<B>::load(a.tangent_x + truck);
-      ty = Lanes<B>::load(a.tangent_y + truck);
-    }
-  }
-  B along(const B& x, const B& y) const {
-    if constexpr (straight) return x;
-    else return x * tx + y * ty;
-  }
-  B across(const B& x, const B& y) const {
-    if constexpr (straight) return y;
-    else return y * tx - x * ty;
-  }
-  Pull<B> world(const B& along, const B& across) const {
-    if constexpr (straight) return {along, across};
-    else return {along * tx - across * ty, along * ty + across * tx};
-  }
-};
+using Pull = Plan<B>;
 
 /// Some trucks, as the parts see them.
 template <class B, bool straight>

@@ -34,11 +34,20 @@ StartEngine start_engine() {
 
 void require() { start_engine(); }
 
-Engine::Engine(const inputs::Scenario& scenario, const EngineOptions& options) {
+void require_paper(const inputs::Scenario& scenario) {
+  const auto refuse = [](const std::string& key, const char* value, const char* why) {
+    throw inputs::InputError("scenario", key, value, why, "the paper's model alone");
+  };
+  if (scenario.model == inputs::Model::spatial)
+    refuse("model", "spatial",
+           "the multibody engine computes no scenario of this model, only single cars and couplers "
+           "in the tests (docs/spatial_model.md)");
   const std::string part = inputs::first_part_beyond_the_paper(scenario);
-  if (!part.empty()) {
-    throw inputs::InputError("scenario", part, "", "the multibody engine has no such part", "the paper's model alone");
-  }
+  if (!part.empty()) refuse(part, "", "the multibody engine has no such part");
+}
+
+Engine::Engine(const inputs::Scenario& scenario, const EngineOptions& options) {
+  require_paper(scenario);
   run_.reset(start_engine()(scenario, options));
 }
 Engine::~Engine() = default;

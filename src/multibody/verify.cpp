@@ -197,6 +197,7 @@ Verification verify(const inputs::Scenario& scenario, const VerifyOptions& optio
                     const std::function<void(double, const std::string&)>& on_progress, const std::atomic<bool>* stop) {
   require();
   inputs::validate(scenario);
+  require_paper(scenario);
   if (scenario.stop.time_max < options.criteria.early) {
     throw inputs::InputError("verify", "stop.time_max", fmt::format("{:g}", scenario.stop.time_max),
                              "too short to compare anything", fmt::format(">= {:g} s", options.criteria.early));

@@ -11,7 +11,9 @@
 
 #include "multibody/spatial_engine.hpp"
 #include "spatial_fixtures.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/multibody/two_sample.hpp"
+#include "train_derail/multibody/verify.hpp"
 
 namespace train_derail {
 namespace {
@@ -363,8 +365,24 @@ TEST(SpatialSecondOpinion, RefusesWhatItHasNot) {
   c.scenario.brakes.force = 0.05;
   EXPECT_THROW(start(), std::invalid_argument);
   c = one_car();
+  c.scenario.track.grades = {{-100.0, 200.0, 0.01}};
+  EXPECT_THROW(start(), std::invalid_argument);
+  c = one_car();
+  c.scenario.track.curves = {{-100.0, 200.0, 1e-3, 0.1}};
+  EXPECT_THROW(start(), std::invalid_argument);
+  c = one_car();
   c.start.clear();
   EXPECT_THROW(start(), std::invalid_argument);
+}
+
+TEST(SpatialSecondOpinion, VerifySaysThatItHasNoSuchModel) {
+  try {
+    multibody::verify(one_car().scenario, {}, [](double, const std::string&) {});
+    FAIL() << "not refused";
+  } catch (const inputs::InputError& e) {
+    EXPECT_EQ(e.key(), "model");
+    EXPECT_NE(std::string(e.what()).find("model = 'spatial'"), std::string::npos) << e.what();
+  }
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace train_derail::model {
 /// changes linearly over kRunIn, half before that place and half beyond it: the height changes along a parabola.
 class TrackProfile {
  public:
-  /// AREMA's length of a spiral, 62 ft for every inch of superelevation, at about 3 in [m].
+  /// Of a spiral for about 3 in of superelevation, at 62 ft an inch: said to be AREMA's rule, not verified [m].
   static constexpr double kRunIn = 200.0 * inputs::kFoot;
 
   explicit TrackProfile(const inputs::Scenario& scenario);

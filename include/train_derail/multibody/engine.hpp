@@ -17,6 +17,10 @@ namespace train_derail::multibody {
 /// Checks that this build has the engine. Throws std::runtime_error, which says how to get such a build, if it has not.
 void require();
 
+/// Checks that the engine computes such a scenario: the paper's model, without further parts. Throws
+/// inputs::InputError, which names the first part that it has not.
+void require_paper(const inputs::Scenario& scenario);
+
 class EngineRun;
 
 /// Mistakes that can be put into the engine's forces. For tests only: they show that the comparison finds such
