@@ -442,6 +442,9 @@ void describe_terrain(V& v, T& t) {
            {"Of the ground under a corner of a body.", &kSpatial});
   v.number("body_damping_ratio", t.body_damping_ratio, {"1", "", between(0, 2), between(0, 1)},
            {"Damping ratio of a quarter of the car on that ground.", &kSpatial});
+  v.number("rest_speed", t.rest_speed, {"m/s", "ft/s", between(0, 1), between(0, 0.05)},
+           {"A car off the rails that stays slower for half a second is held still until it is pushed; 0: never.",
+            &kSpatial});
 }
 
 template <class V, class P>

@@ -12,6 +12,7 @@
 #include "model/box_contact.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
+#include "model/rest.hpp"
 #include "model/spatial_kernels.hpp"
 #include "simd/instruction_sets.hpp"
 #include "train_derail/inputs/extent.hpp"
@@ -97,6 +98,8 @@ struct Pair {
   double apart = 0.0;                   // at least [m]
   int impact = -1;
   double seen = 0.0;
+  Held held = {};  // where one of the two lies still
+  std::int64_t round = 0;
 };
 
 }  // namespace
@@ -113,7 +116,8 @@ struct SpatialModel::Parts {
         profile(s),
         loops(*kVersions.choose(owner.car_count(), instruction_set)),
         wide(*kSpatialVersions.choose(owner.car_count(), instruction_set)),
-        brakes(s, owner.cars(), loops) {
+        brakes(s, owner.cars(), loops),
+        rest(n) {
     for (const Car& c : owner.cars()) {
       Body b;
       b.mass = c.mass;
@@ -137,7 +141,7 @@ struct SpatialModel::Parts {
     past.assign(n, false);
     first_cause.assign(n, Cause::none);
     for (auto* a : {&arc, &offset, &overloaded, &lateral, &lateral_before, &kick, &braked, &braked_next, &load,
-                    &leaning, &brake, &damper, &rocker, &place_x, &place_y})
+                    &leaning, &brake, &damper, &rocker, &place_x, &place_y, &load_held, &leaning_held})
       a->assign(trucks, 0.0);
     on_rails.assign(trucks, 1.0);
     tangent_x.assign(trucks, 1.0);
@@ -150,10 +154,12 @@ struct SpatialModel::Parts {
     for (auto* a : {&pin_axial, &pin_damper}) a->assign(n + 1, 0.0);
     accounts.resize(n);
     swirl.assign(n, 0.0);
+    above.assign(n, 0.0);
     cars.resize(n);
     seen_at.assign(n, 0);
     lies.assign(n, false);
     sheared.assign(kPoints * n, Vector3d::Zero());
+    feet.assign(kPoints * n, 0.0);
     sheared_next = sheared;
     alive.assign(n > 0 ? n - 1 : 0, 1.0);
     far.assign(alive.size(), 0.0);
@@ -163,6 +169,7 @@ struct SpatialModel::Parts {
     for (std::size_t i = 0; i < alive.size(); ++i)
       damping[i] = coupler_damping(s.coupler, bodies[i].mass, bodies[i + 1].mass);
     stops.resize(alive.size());
+    held.resize(alive.size());
     boost::random::mt19937_64 generator(static_cast<std::uint64_t>(s.initial.perturbation.seed) ^ 0x61c5e1ULL);
     boost::random::normal_distribution<double> normal;
     for (std::size_t k = 0; k < n; ++k) {
@@ -254,6 +261,9 @@ struct SpatialModel::Parts {
   const SpatialKernels& wide;
   AirBrakes brakes;
   Record record;
+  Rest rest;
+  std::vector<std::size_t> still;  // cars that lie down at the end of this step
+  std::int64_t round = 0;          // of forces; each force on a car is found once in it
   std::vector<Body> bodies;
   std::array<std::vector<double>, 8> constants;  // the same by columns
   std::vector<double> rail_dampings, radius;     // radius: of a sphere about the centre of mass, around the body
@@ -267,12 +277,15 @@ struct SpatialModel::Parts {
   std::vector<double> on_rails, arc, offset, tangent_x, tangent_y, place_x, place_y, overloaded, lateral,
       lateral_before, kick;
   std::vector<double> rail_height, rail_slope, rail_tilt, rail_twist;  // empty where all rails are flat
+  std::vector<double> load_held, leaning_held;                         // of trucks off the rails, of cars that lie
   std::vector<double> load, leaning, brake, damper, rocker, braked, braked_next;
   std::size_t ordered = 0, standing = 0;  // derailments in order; the first of the last cars that stand on the rails
 
   // How far friction with the ground has strained it, kPoints a car [m]; the next values belong to the forces found.
   std::vector<Vector3d> sheared, sheared_next;
-  std::vector<char> lies;  // anything of the car is on the ground
+  std::vector<double> feet;   // arc lengths at which these points were last [m]
+  std::vector<char> lies;     // anything of the car is on the ground
+  std::vector<double> above;  // so high at least a body is above it, as far as is known [m]
 
   // Couplers.
   ArrayX axial;
@@ -280,21 +293,26 @@ struct SpatialModel::Parts {
   struct Stops {
     bool engaged = false;
     double swing = 0.0, moment = 0.0, vertical = 0.0, twist = 0.0;
+    double effort = 0.0;  // of all stops, as a force [N]
+    std::int64_t round = 0;
   };
   std::vector<Stops> stops;  // what may break or slip, as found last
+  std::vector<Held> held;    // where one of the two cars lies still: axial force, effort of the stops
 
   std::vector<Accounts> accounts;  // of what acts on the cars in the step beside the wide loops
   const double* state = nullptr;   // known last; its cars are taken out when they are looked at
   mutable std::vector<SpatialMotion> cars;
   mutable std::vector<std::int64_t> seen_at;
   std::int64_t moment = 0;
+  double now = 0.0;  // at which forces were found last [s]
   bool forces_found = false;
 
   // Bodies that touch.
   std::vector<int> by_x;
   std::vector<Pair> pairs, old_pairs;
   double moved = inputs::kInfinity;
-  std::vector<double> swirl;  // speed of the farthest point of a body about its centre [m/s]
+  double fastest = 0.0, spinning = 0.0;  // largest speed of a centre, largest swirl [m/s]
+  std::vector<double> swirl;             // speed of the farthest point of a body about its centre [m/s]
 
   std::size_t truck_of(std::size_t car, bool front) const { return front ? car : n + car; }
   std::size_t car_of(std::size_t truck) const { return truck < n ? truck : truck - n; }
@@ -334,13 +352,23 @@ struct SpatialModel::Parts {
       const GroundHeight g = ground_height(scenario.terrain, p.y());
       return {g.z, {0.0, -g.slope, 1.0}};
     }
-    const double s = track.foot({p.x(), p.y()}, s_near);
+    return ground_at(p, track.foot({p.x(), p.y()}, s_near));
+  }
+  Under ground_at(const Vector3d& p, double s) const {
     const Track::Node node = track.at(s);
     const GroundHeight g = ground_height(scenario.terrain, offset_of(p, node));
     const TrackProfile::Place along = profile.at(s);
     return {along.bed + g.z,
             {g.slope * node.tangent.y() - along.grade * node.tangent.x(),
              -g.slope * node.tangent.x() - along.grade * node.tangent.y(), 1.0}};
+  }
+  /// The same for a point of a car, by whose truck the track is at arc length s: looked for from where it was before.
+  Under ground_under(std::size_t point, const Vector3d& p, double s) {
+    if (level || track.straight()) return ground_under(p, s);
+    double& foot = feet[point];
+    if (!(std::abs(foot - s) < 2.0 * radius[point / kPoints])) foot = s;
+    foot = track.foot({p.x(), p.y()}, foot);
+    return ground_at(p, foot);
   }
   static double offset_of(const Vector3d& p, const Track::Node& node) {
     return (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();
@@ -413,9 +441,9 @@ struct SpatialModel::Parts {
     OnGround sum;
     for (const bool left : {false, true}) {
       const Vector3d place = wheel(q, truck, left);
-      const Under under = ground_under(place, arc[truck]);
-      const double depth = b.sag - (place.z() - under.z);
       const std::size_t point = kPoints * car + (truck < n ? 0 : 2) + (left ? 1 : 0);
+      const Under under = ground_under(point, place, arc[truck]);
+      const double depth = b.sag - (place.z() - under.z);
       if (depth <= 0.0) {
         sheared_next[point].setZero();
         continue;
@@ -484,12 +512,15 @@ struct SpatialModel::Parts {
   }
 
   void body_on_ground(std::size_t car) {
-    const Body& b = bodies[car];
     // Nothing of the body can reach the ground: the usual case.
+    above[car] -= 1.05 * step * (std::abs(state[SVZ * n + car]) + profile.steepest() * fastest + swirl[car]);
+    if (above[car] > 0.0) return;
+    const Body& b = bodies[car];
     const Vector3d rise(axes[2 * n + car], axes[5 * n + car], axes[8 * n + car]);
     const double middle = state[SZ * n + car];
     const double lowest = middle + rise.dot(b.box_centre) - rise.cwiseAbs().dot(b.box_half);
     const double highest = highest_ground_under(car);
+    above[car] = lowest - highest;
     if (lowest > highest) {
       if (lies[car])
         std::fill_n(sheared_next.begin() + static_cast<std::ptrdiff_t>(kPoints * car + kWheels), kCorners,
@@ -503,7 +534,7 @@ struct SpatialModel::Parts {
       const Vector3d own = corner_of(b, i);
       if (middle + rise.dot(own) < highest) {
         const Vector3d place = q.point(own);
-        const Under under = ground_under(place, arc[car]);
+        const Under under = ground_under(point, place, arc[car]);
         const double depth = under.z - place.z();
         if (depth > 0.0) {
           press_on(sum, q, car, point, place, under.up, scenario.terrain.body_stiffness * depth, b.ground_damping,
@@ -578,8 +609,81 @@ struct SpatialModel::Parts {
   /// What the loops leave of a coupler: stops, and what may break it.
   void couple(std::size_t i) {
     Stops& found = stops[i];
+    const bool lead = rest.lies(i), trail = rest.lies(i + 1);
+    if ((lead && trail) || found.round == round) return;
     if (found.engaged) found = {};
+    found.round = round;
     if (far[i] > 0.0) engage_stops(i, bar(at(i), at(i + 1), i));
+    if (!lead && !trail) return;
+    const double change = held[i].change({axial[static_cast<Eigen::Index>(i)], found.effort, 0.0});
+    wake_if_pushed(lead ? i : i + 1, change);
+  }
+
+  void wake_if_pushed(std::size_t car, double change) {
+    if (change > Rest::kPush * bodies[car].weight) wake(car);
+  }
+  /// A car that lay moves from this step on.
+  void wake(std::size_t car) {
+    rest.wake(car);
+    for (const std::size_t truck : {car, n + car})
+      if (on_rails[truck] == 0.0) load[truck] = leaning[truck] = 0.0;
+    body_on_ground(car);
+    for (const std::size_t truck : {car, n + car})
+      if (on_rails[truck] == 0.0) off_track(truck, car);
+    // What it leant on all the time is no new impact.
+    for (Pair& p : pairs)
+      if (static_cast<std::size_t>(p.a) == car || static_cast<std::size_t>(p.b) == car) p.seen = now;
+    if (car > 0) couple(car - 1);
+    if (car + 1 < n) couple(car);
+  }
+
+  /// Cars off the rails that have been slow enough for long enough. Forces are known.
+  void find_still(double h) {
+    const double limit = scenario.terrain.rest_speed;
+    still.clear();
+    if (!(limit > 0.0)) return;
+    for (std::size_t k = 0; k < n; ++k) {
+      if (!off(k) || rest.lies(k)) continue;
+      const double speed = velocity(k).norm(), turning = radius[k] * of_car(rotation, k).norm();
+      const bool slow = speed + turning < limit;
+      if (rest.note(k, slow && of_car(force, k).norm() < Rest::kPull * bodies[k].weight, h)) still.push_back(k);
+    }
+  }
+  Vector3d of_car(const std::vector<double>& column, std::size_t k) const {
+    return {column[k], column[n + k], column[2 * n + k]};
+  }
+  /// Friction takes what motion those that lie down have left.
+  void lay_still(double* y) {
+    if (still.empty()) return;
+    for (const std::size_t k : still) {
+      const SpatialMotion& q = at(k);
+      const Body& b = bodies[k];
+      record.spent.work_off_track +=
+          0.5 * b.mass * q.velocity.squaredNorm() + 0.5 * q.body_rates.dot(b.inertia.cwiseProduct(q.body_rates));
+      for (const std::size_t column : {SVX, SVY, SVZ, ROLL_RATE, PITCH_RATE, YAW_RATE}) y[column * n + k] = 0.0;
+      for (const std::size_t truck : {k, n + k}) {
+        load_held[truck] = load[truck];
+        leaning_held[truck] = leaning[truck];
+      }
+      for (Pair& p : pairs)
+        if (static_cast<std::size_t>(p.a) == k || static_cast<std::size_t>(p.b) == k) p.held.known = false;
+      for (const std::size_t i : {k - 1, k})
+        if (i < held.size()) held[i].known = false;
+      accounts[k].used = 0;
+      rest.lay(k);
+    }
+    still.clear();
+    wide.look(arrays, y);
+    look(y);
+  }
+  /// Cars that lie do not move.
+  void hold_still(double* accelerations) {
+    if (!rest.any()) return;
+    for (std::size_t k = 0; k < n; ++k) {
+      if (!rest.lies(k)) continue;
+      for (std::size_t column = 0; column < 6; ++column) accelerations[column * n + k] = 0.0;
+      for (std::size_t column = 0; column < 3; ++column) spin[column * n + k] = 0.0;
+    }
   }
 
   /// Each stop has an energy that depends on directions of the bar and of the cars. Its gradient turns the cars, and
@@ -597,6 +701,7 @@ struct SpatialModel::Parts {
       const double pitch = stop_moment(b.pitch(end), law.pitch_limit, law.pitch_stiffness, inputs::kInfinity);
       found.swing = std::max(found.swing, std::abs(swing));
       moments += yaw;
+      found.effort += (std::abs(yaw) + std::abs(pitch)) / bodies[i].half_length;
       if (yaw == 0.0 && pitch == 0.0) continue;
       const Vector3d& own = b.own[end];
       const double flat = std::max(std::hypot(own.x(), own.y()), 1.0e-3);
@@ -609,6 +714,7 @@ struct SpatialModel::Parts {
     const double twist =
         stop_moment(roll(*both[0], *both[1], b), law.roll_limit, law.roll_stiffness, inputs::kInfinity);
     found.twist = std::abs(twist);
+    found.effort += found.twist / bodies[i].half_length;
     for (const int end : {0, 1}) {
       if (twist == 0.0) break;
       const double along = b.own[end].y(), sign = end == 0 ? 1.0 : -1.0;
@@ -620,20 +726,32 @@ struct SpatialModel::Parts {
     }
     const Vector3d shear = (gradient.dot(b.u) * b.u - gradient) / b.gap;
     found.vertical = std::abs(shear.z());
+    found.effort += shear.norm();
     push(i, shear, b.arm_lead);
     push(i + 1, -shear, b.arm_trail);
   }
 
   /// All forces in the state but those between bodies, which depend on the length of the step.
   void find_forces(double t) {
+    now = t;
+    ++round;
     brakes.prepare(t);
+    fastest = wide.swirls(arrays, state, radius.data(), swirl.data(), spinning);
     wide.couple(arrays, state);
     wide.forces(arrays, state);
     for (std::size_t k = 0; k < n; ++k) {
       accounts[k].used = 0;
-      body_on_ground(k);
+      if (!rest.lies(k)) body_on_ground(k);
     }
-    for (const std::size_t truck : loose) off_track(truck, car_of(truck));
+    for (const std::size_t truck : loose) {
+      const std::size_t car = car_of(truck);
+      if (!rest.lies(car)) {
+        off_track(truck, car);
+      } else {
+        load[truck] = load_held[truck];
+        leaning[truck] = leaning_held[truck];
+      }
+    }
     for (std::size_t i = 0; i < alive.size(); ++i) couple(i);
     forces_found = true;
   }
@@ -643,7 +761,7 @@ struct SpatialModel::Parts {
     braked.swap(braked_next);
     find_swapped();
     for (std::size_t k = 0; k < n; ++k) {
-      if (!lies[k]) continue;
+      if (!lies[k] || rest.lies(k)) continue;
       const auto first = static_cast<std::ptrdiff_t>(kPoints * k);
       std::copy_n(sheared_next.begin() + first, kPoints, sheared.begin() + first);
     }
@@ -693,18 +811,26 @@ struct SpatialModel::Parts {
       find_pairs();
       moved = 0.0;
     }
-    double spinning = 0.0;
-    const double fastest = wide.swirls(arrays, state, radius.data(), swirl.data(), spinning);
     // Half as much again for what speeds may grow within this step.
     moved += 1.5 * h * (fastest + spinning);
-    for (Pair& pair : pairs) touch(t, h, pair);
+    // Who wakes may wake others.
+    for (bool all = false; !all;) {
+      all = true;
+      for (Pair& pair : pairs) {
+        const bool lie = rest.lies(static_cast<std::size_t>(pair.a)) && rest.lies(static_cast<std::size_t>(pair.b));
+        if (lie || pair.round == round) continue;
+        pair.round = round;
+        if (touch(t, h, pair)) all = false;
+      }
+    }
   }
 
-  void touch(double t, double h, Pair& pair) {
+  /// True if it has woken a car.
+  bool touch(double t, double h, Pair& pair) {
     const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
     // As far as they were apart, less what they may have moved since then, they need not be looked at.
     pair.apart -= 1.05 * h * ((velocity(a) - velocity(b)).cwiseAbs().sum() + swirl[a] + swirl[b]);
-    if (pair.apart > 0.0) return;
+    if (pair.apart > 0.0) return false;
     const Box box_a = box(a), box_b = box(b);
     const BoxManifold m = press(box_a, box_b, pair.axis);
     pair.axis = m.axis;
@@ -712,7 +838,7 @@ struct SpatialModel::Parts {
     if (m.count == 0) {
       pair.crushed = 0.0;
       pair.sheared.setZero();
-      return;
+      return wakes(pair, Vector3d::Zero());
     }
     inputs::Contact law = scenario.contact;
     if (law.side_crush_force < law.crush_force && !(end_met(at(a), m.normal) && end_met(at(b), -m.normal)))
@@ -740,7 +866,7 @@ struct SpatialModel::Parts {
     }
     if (!(force > 0.0)) {
       pair.sheared.setZero();
-      return;
+      return wakes(pair, Vector3d::Zero());
     }
     // Friction strains the bodies until they slide, as on the ground.
     const double reduced = bodies[a].mass * bodies[b].mass / (bodies[a].mass + bodies[b].mass);
@@ -749,6 +875,7 @@ struct SpatialModel::Parts {
     pair.sheared += h / force * mean_slip;
     const double strained = law.stiffness * pair.sheared.norm(), most = law.friction * force;
     if (strained > most) pair.sheared *= most / strained;
+    const bool woken = wakes(pair, force * m.normal - law.stiffness * pair.sheared);
     for (std::size_t i = 0; i < points; ++i) {
       const double part = pushes[i] / force;
       Vector3d rub = -part * (law.stiffness * pair.sheared + rub_damping * slip[i]);
@@ -762,6 +889,15 @@ struct SpatialModel::Parts {
       push(b, IMPACT_FRICTION, -rub, arm_b);
     }
     note(t, h, pair, m, first_velocity, force);
+    return woken;
+  }
+  /// Wakes a car that lies if the force between it and its neighbour is no longer what it was; true if it has.
+  bool wakes(Pair& pair, const Vector3d& force) {
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    if (!rest.lies(a) && !rest.lies(b)) return false;
+    const std::size_t car = rest.lies(a) ? a : b;
+    wake_if_pushed(car, pair.held.change(force));
+    return !rest.lies(car);
   }
 
   static Face face_met(const SpatialMotion& car, const Vector3d& push) {
@@ -836,6 +972,7 @@ struct SpatialModel::Parts {
     const std::size_t car = car_of(truck);
     const SpatialMotion& q = at(car);
     const double stored = suspension_energy(truck, q);
+    rest.wake(car);  // before forces are found again
     on_rails[truck] = 0.0;
     loose.insert(std::lower_bound(loose.begin(), loose.end(), truck), truck);
     overloaded[truck] = lateral[truck] = braked[truck] = 0.0;
@@ -875,7 +1012,8 @@ struct SpatialModel::Parts {
     wide.places(arrays, state, place_x.data(), place_y.data());
     for (std::size_t truck = 0; truck < 2 * n; ++truck) {
       const double from = arc[truck];
-      arc[truck] = track.straight() ? place_x[truck] : track.foot({place_x[truck], place_y[truck]}, from);
+      if (track.straight()) arc[truck] = place_x[truck];
+      else if (!rest.lies(car_of(truck))) arc[truck] = track.foot({place_x[truck], place_y[truck]}, from);
       if (on_rails[truck] == 0.0) continue;
       const double s = arc[truck];
       if (car_of(truck) >= ahead && from < 0.0 && s >= 0.0) leave(t + h - h * s / (s - from), truck, Cause::pod, y);
@@ -891,6 +1029,7 @@ struct SpatialModel::Parts {
       offset = place_y;
     } else {
       for (std::size_t truck = 0; truck < 2 * n; ++truck) {
+        if (on_rails[truck] == 0.0 && rest.lies(car_of(truck))) continue;
         const Track::Node node = track.at(arc[truck]);
         tangent_x[truck] = node.tangent.x();
         tangent_y[truck] = node.tangent.y();
@@ -899,6 +1038,7 @@ struct SpatialModel::Parts {
       }
     }
     for (std::size_t truck = 0; truck < rail_height.size(); ++truck) {
+      if (on_rails[truck] == 0.0) continue;
       const TrackProfile::Place along = profile.at(arc[truck]);
       rail_height[truck] = along.height;
       rail_slope[truck] = along.slope;
@@ -920,8 +1060,8 @@ struct SpatialModel::Parts {
       offset[truck] += track.alignment(arc[truck]);
     }
     for (const std::size_t truck : loose) {
-      if (lost[truck] || load[truck] > 0.0) continue;
       const std::size_t car = car_of(truck);
+      if (lost[truck] || load[truck] > 0.0 || rest.lies(car)) continue;
       if (axes[8 * n + car] >= cos_part) continue;
       record.spent.work_truck_damping += suspension_energy(truck, at(car));
       lost[truck] = true;
@@ -1086,7 +1226,9 @@ void SpatialModel::accelerations(double t, double h, const double* y, double* re
   if (!p.forces_found) p.find_forces(t);
   p.forces_found = false;
   p.contacts(t, h);
+  p.find_still(h);
   p.wide.accelerate(p.arrays, y, h, result);
+  p.hold_still(result);
 }
 
 void SpatialModel::settle(double t, double h, const double* before, double* y) {
@@ -1098,6 +1240,7 @@ void SpatialModel::settle(double t, double h, const double* before, double* y) {
   p.account(h, before, y);
   p.note_blockage(h);
   p.keep_strain();
+  p.lay_still(y);
   p.pass(t, h, y);
   p.lateral_before.swap(p.lateral);
   p.find_swapped();
@@ -1309,6 +1452,11 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
   archive.value("ordered", p.ordered);
   archive.group("track", [&] { p.track.walk(archive); });
   archive.value("moved", p.moved);
+  archive.group("rest", [&] { p.rest.walk(archive); });
+  archive.column("load_held", p.load_held);
+  archive.column("leaning_held", p.leaning_held);
+  archive.list("held", p.held, [&](Held& h) { h.walk(archive); });
+  archive.column("feet", p.feet);
   archive.numbers("sheared", p.sheared.data()->data(), static_cast<std::ptrdiff_t>(3 * p.sheared.size()));
   archive.list("by_x", p.by_x, [&](int& car) { archive.value("car", car); });
   archive.list("pairs", p.pairs, [&](Pair& pair) {
@@ -1318,9 +1466,11 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
     archive.value("crushed", pair.crushed);
     archive.column("sheared", pair.sheared);
     archive.value("impact", pair.impact);
+    archive.group("held", [&] { pair.held.walk(archive); });
     archive.value("seen", pair.seen);
   });
   if (!archive.restoring()) return;
+  std::fill(p.above.begin(), p.above.end(), 0.0);
   for (std::size_t k = 0; k < p.n; ++k) {
     const auto first = p.sheared.begin() + static_cast<std::ptrdiff_t>(kPoints * k);
     p.lies[k] = std::any_of(first, first + kPoints, [](const Vector3d& v) { return !v.isZero(0.0); });

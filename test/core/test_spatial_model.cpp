@@ -1,4 +1,6 @@
 // The train in three dimensions against closed forms: free bodies, tipping, springs, couplers, contact, and whole runs.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -16,6 +18,7 @@
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
 #include "train_derail/model/track_profile.hpp"
+#include "train_derail/multibody/two_sample.hpp"
 #include "train_derail/simulation/checkpoint.hpp"
 
 namespace train_derail {
@@ -700,6 +703,7 @@ TEST(SpatialRun, APileComesToRest) {
   inputs::Scenario s = test::accident(60);
   s.model = inputs::Model::spatial;
   s.terrain.bank_left = 2.0;
+  s.terrain.rest_speed = 0.0;  // by its forces alone
   Train train(s);
   train.to(90.0);
   int over = 0;
@@ -714,6 +718,78 @@ TEST(SpatialRun, APileComesToRest) {
   for (Eigen::Index k = 0; k < 60; ++k)
     EXPECT_LT((train.car(k).centre - places[static_cast<std::size_t>(k)]).norm(), 1e-4) << k;
   EXPECT_LT(train.energy().kinetic(), 1e-6);
+}
+
+TEST(SpatialRest, APileIsHeldWithoutALossInTheLedger) {
+  inputs::Scenario s = everything(30, 2e-3);
+  Train train(s);
+  train.to(60.0);
+  std::vector<Vector3d> places;
+  const model::EnergyLedger before = train.energy();
+  int held = 0;
+  for (Eigen::Index k = 0; k < 30; ++k) {
+    places.push_back(train.car(k).centre);
+    if (!train.model().derailed(k)) continue;
+    held += train.car(k).velocity.isZero(0.0) && train.car(k).rotation.isZero(0.0) ? 1 : 0;
+  }
+  EXPECT_GT(held, 5);
+  train.to(70.0);
+  for (Eigen::Index k = 0; k < 30; ++k) {
+    if (train.model().derailed(k)) EXPECT_EQ(train.car(k).centre, places[static_cast<std::size_t>(k)]) << k;
+  }
+  // Springs are found from places, which do not change.
+  EXPECT_EQ(train.energy().suspension, before.suspension);
+  s.terrain.rest_speed = 0.0;
+  Train free(s);
+  free.to(60.0);
+  EXPECT_NEAR(train.energy().total() / free.energy().total(), 1.0, 1e-4);
+}
+
+TEST(SpatialRest, AHitWakesACarAndWhatLeansOnIt) {
+  // Two cars stand off the rails, end to end; a third one runs into them.
+  inputs::Scenario s = spatial(3);
+  s.contact.law = inputs::ContactLaw::elastic;
+  s.ground.off_track_friction = 0.5;
+  const auto run = [&s](double rest_speed) {
+    s.terrain.rest_speed = rest_speed;
+    const double length = model::expand(s.consist)[0].length, up = height_of(s) - s.terrain.rail_height;
+    std::vector<SpatialMotion> cars(3);
+    cars[0] = at({200.0, 0.0, up});
+    cars[1] = at({200.0 - length, 0.0, up});
+    cars[2] = at({200.0 - 2.0 * length - 9.0, 0.3, up}, Matrix3d::Identity(), {14.0, 0.0, 0.0});
+    Train train(s, cars);
+    train.to(0.6);
+    if (rest_speed > 0.0) EXPECT_TRUE(train.car(0).velocity.isZero(0.0) && train.car(1).velocity.isZero(0.0));
+    train.to(20.0);
+    return std::array<Vector3d, 3>{train.car(0).centre, train.car(1).centre, train.car(2).centre};
+  };
+  const auto woken = run(0.01), free = run(0.0);
+  EXPECT_GT(woken[0].x(), 200.05);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_LT((woken[k] - free[k]).norm(), 0.05) << k;
+}
+
+TEST(SpatialRest, ChangesNoOutcomeBeyondNoise) {
+  constexpr unsigned kRuns = 30;
+  std::array<std::vector<double>, 4> with, without;
+  for (unsigned i = 0; i < 2 * kRuns; ++i) {
+    inputs::Scenario s = everything(20, 2e-3);
+    s.initial.perturbation.seed = static_cast<int>(i) + 1;
+    if (i % 2 == 1) s.terrain.rest_speed = 0.0;
+    simulation::Simulation sim(s);
+    sim.run();
+    const outcome::Outcome o = sim.outcome();
+    auto& sample = i % 2 == 1 ? without : with;
+    const double values[] = {static_cast<double>(o.cars_derailed), static_cast<double>(o.posture.over()),
+                             o.pile_up.lateral_reach.farthest, o.pile_up.length};
+    for (std::size_t q = 0; q < sample.size(); ++q) sample[q].push_back(values[q]);
+  }
+  std::vector<double> p;
+  for (std::size_t q = 0; q < with.size(); ++q) {
+    const multibody::TwoSample test = multibody::compare(with[q], without[q], 9999);
+    p.insert(p.end(), {test.p_distance, test.p_precedence});
+  }
+  const std::vector<double> corrected = multibody::holm(p);
+  EXPECT_GT(*std::min_element(corrected.begin(), corrected.end()), 0.01);
 }
 
 TEST(SpatialRun, MirroredIsTheMirrorImage) {

@@ -101,6 +101,7 @@ struct Terrain {
   double body_friction = 0.5;                           ///< of a body on the ground [-]
   double body_stiffness = 1.5e6 * kPoundForce / kFoot;  ///< of the ground under a corner of a body [N/m]
   double body_damping_ratio = 0.4;                      ///< of a quarter of the car on it [-]
+  double rest_speed = 0.01;  ///< cars off the rails that stay slower come to rest; 0: never [m/s]
 };
 
 /// Lateral force on a car that is on the track. The paper does not say what it is (docs/model.md, section 2).

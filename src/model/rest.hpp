@@ -1,0 +1,77 @@
+/// \file
+/// Cars off the rails that lie still in the spatial model. They are held where they are, and what presses on them is
+/// not computed, until a neighbour or the rails do something else to them than when they came to rest.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "train_derail/files/archive.hpp"
+
+namespace train_derail::model {
+
+/// Which cars lie still.
+class Rest {
+ public:
+  static constexpr double kTime = 0.5;   ///< for which a car must be still [s]
+  static constexpr double kPull = 0.05;  ///< largest sum of forces on a car that is still, over its weight
+  static constexpr double kPush = 0.02;  ///< change of a neighbour's force that wakes a car, over its weight
+
+  explicit Rest(std::size_t cars) : lying_(cars, 0), still_for_(cars, 0.0) {}
+
+  bool any() const { return count_ > 0; }
+  bool lies(std::size_t car) const { return lying_[car] != 0; }
+
+  /// How a car that does not lie is in a step of length h [s]; true once it has been still for kTime.
+  bool note(std::size_t car, bool still, double h) {
+    still_for_[car] = still ? still_for_[car] + h : 0.0;
+    return still_for_[car] >= kTime;
+  }
+  void lay(std::size_t car) {
+    lying_[car] = 1;
+    ++count_;
+  }
+  /// Nothing if the car does not lie.
+  void wake(std::size_t car) {
+    count_ -= static_cast<std::size_t>(lying_[car]);
+    lying_[car] = 0;
+    still_for_[car] = 0.0;
+  }
+
+  void walk(files::Archive& archive) {
+    archive.column("still_for", still_for_);
+    count_ = 0;
+    archive.list("lying", lying_, [&](char& lies) {
+      int number = lies;
+      archive.value("v", number);
+      lies = static_cast<char>(number);
+      count_ += static_cast<std::size_t>(number);
+    });
+  }
+
+ private:
+  std::vector<char> lying_;
+  std::vector<double> still_for_;  // s
+  std::size_t count_ = 0;
+};
+
+/// What a neighbour did to a car when it came to rest.
+struct Held {
+  bool known = false;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  // N
+
+  /// By how much `now` differs from it [N]; the first force that is seen is what it is compared with.
+  double change(const Eigen::Vector3d& now) {
+    if (!known) force = now;
+    known = true;
+    return (now - force).norm();
+  }
+  void walk(files::Archive& archive) {
+    archive.value("known", known);
+    archive.column("force", force);
+  }
+};
+
+}  // namespace train_derail::model
