@@ -352,10 +352,10 @@ struct SpatialModel::Parts {
       const GroundHeight g = ground_height(scenario.terrain, p.y());
       return {g.z, {0.0, -g.slope, 1.0}};
     }
-    return ground_at(p, track.foot({p.x(), p.y()}, s_near));
+    const double s = track.foot({p.x(), p.y()}, s_near);
+    return ground_at(p, s, track.at(s));
   }
-  Under ground_at(const Vector3d& p, double s) const {
-    const Track::Node node = track.at(s);
+  Under ground_at(const Vector3d& p, double s, const Track::Node& node) const {
     const GroundHeight g = ground_height(scenario.terrain, offset_of(p, node));
     const TrackProfile::Place along = profile.at(s);
     return {along.bed + g.z,
@@ -367,8 +367,13 @@ struct SpatialModel::Parts {
     if (level || track.straight()) return ground_under(p, s);
     double& foot = feet[point];
     if (!(std::abs(foot - s) < 2.0 * radius[point / kPoints])) foot = s;
-    foot = track.foot({p.x(), p.y()}, foot);
-    return ground_at(p, foot);
+    const Vector2 place(p.x(), p.y());
+    const Track::Node node = track.at(foot);
+    const double ahead = (place - node.point).dot(node.tangent);
+    // Looked for twice, a foot stays where it is: a run that is resumed finds the same.
+    if (std::abs(ahead) < 1e-6) return ground_at(p, foot, node);
+    foot = track.foot(place, foot + ahead);
+    return ground_at(p, foot, track.at(foot));
   }
   static double offset_of(const Vector3d& p, const Track::Node& node) {
     return (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();

@@ -144,8 +144,7 @@ model::Footprint Monitor::footprint(Eigen::Index car, const model::CarMotion& mo
   return {motion.centre, motion.axis, half_length_[car], half_width_[car]};
 }
 
-model::CarMotion Monitor::motion(const double* y, Eigen::Index car) const {
-  const model::PlanColumns q = model_.plan(y);
+model::CarMotion Monitor::motion(const model::PlanColumns& q, Eigen::Index car) const {
   return {{q.x[car], q.y[car]}, {cosine_[car], sine_[car]}, {q.vx[car], q.vy[car]}, q.omega[car]};
 }
 
@@ -163,8 +162,9 @@ void Monitor::sample(double t, const double* y) {
   if (model_.straight_track()) {
     loops_.extend_astray(n, columns(y), astray_.data());
   } else {
+    const model::PlanColumns q = model_.plan(y);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const model::CarMotion car = motion(y, k);
+      const model::CarMotion car = motion(q, k);
       for (const double arm : {half_spacing_[k], -half_spacing_[k]}) {
         astray_[k] = std::max(astray_[k], std::abs(model_.track_place(k, car.point(arm).position).offset));
       }
@@ -223,7 +223,7 @@ void Monitor::sample_touches(double t, const double* y) {
     for (std::size_t j = i + 1; j < by_x_.size() && rearmost_[by_x_[j]] <= end; ++j) {
       const auto [a, b] = std::minmax(by_x_[i], by_x_[j]);
       if (std::abs(q.y[a] - q.y[b]) > half_breadth_[a] + half_breadth_[b]) continue;
-      const model::CarMotion car_a = motion(y, a), car_b = motion(y, b);
+      const model::CarMotion car_a = motion(q, a), car_b = motion(q, b);
       const auto contact = model::touch(footprint(a, car_a), footprint(b, car_b));
       if (!contact) continue;
       now.emplace_back(a, b);

@@ -63,7 +63,7 @@ class TrackProfile {
 
   struct Node {
     double bed = 0.0, grade = 0.0, lift = 0.0, tilt = 0.0;  // lift: half the superelevation
-    double curvature = 0.0;                                  // up to the next node
+    double curvature = 0.0;                                 // up to the next node
   };
   double from_ = 0.0, steepest_ = 0.0;
   std::vector<Node> nodes_;  // every kBin

@@ -73,7 +73,7 @@ class Monitor {
   double recent_force(double value) const;
   model::Footprint footprint(Eigen::Index car, const model::CarMotion& motion) const;
   /// Of the sample that is being taken.
-  model::CarMotion motion(const double* y, Eigen::Index car) const;
+  model::CarMotion motion(const model::PlanColumns& q, Eigen::Index car) const;
   /// All cars of the sample that is being taken.
   MonitoredCars columns(const double* y) const;
   void sample_speeds(double t, const double* y);
