@@ -62,7 +62,7 @@ void say_assumptions(const std::string& heading, const std::vector<std::string>&
 }
 
 void add_import_command(CLI::App& app, std::function<int()>& chosen) {
-  CLI::App* command = app.add_subcommand("import", "Make a scenario of a train list or of a line of track");
+  CLI::App* command = app.add_subcommand("import", "Make a scenario of a train list");
   command->require_subcommand(1);
 
   auto consist = std::make_shared<ConsistArguments>();

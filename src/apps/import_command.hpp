@@ -1,5 +1,5 @@
 /// \file
-/// derail import: train lists and lines of track become scenarios.
+/// derail import: train lists become scenarios.
 #pragma once
 
 #include <functional>
