@@ -70,7 +70,8 @@ void add_import_command(CLI::App& app, std::function<int()>& chosen) {
       command->add_subcommand("consist", "A table with one row a car (docs/import.md) becomes blocks of a scenario");
   add_path(consist_command, "TRAIN.csv", consist->file, "Table of the cars, the foremost first")->required();
   add_path(consist_command, "-o,--out", consist->out, "Scenario to be written; default: standard output");
-  add_path(consist_command, "--types", consist->types, "Car types of your own, of the form of config/car_types.yaml");
+  add_path(consist_command, "--types", consist->types,
+           "Car types of your own, of the form of config/types/car_types.yaml");
   add_path(consist_command, "--base", consist->base, "Scenario for all but the consist, as config/accident.yaml");
   add_force(consist_command, consist->force);
   consist_command->callback([consist, &chosen] { chosen = [consist] { return import_consist(*consist); }; });

@@ -151,7 +151,7 @@ std::vector<std::string> CarTypes::words() const {
 
 const CarTypes& car_types() {
   static const CarTypes all = [] {
-    constexpr const char* kName = "config/car_types.yaml";
+    constexpr const char* kName = "config/types/car_types.yaml";
     return read(load_text(kCarTypesText, kName), kName);
   }();
   return all;

@@ -1,5 +1,5 @@
 /// \file
-/// The text of config/car_types.yaml, which the library carries in itself.
+/// The text of config/types/car_types.yaml, which the library carries in itself.
 #pragma once
 
 namespace train_derail::inputs {

@@ -154,9 +154,13 @@ YAML::Node with_train_list(const YAML::Node& tree, const std::string& folder,
   YAML::Node named(YAML::NodeType::Map), copy(YAML::NodeType::Map);
   for (const auto& item : consist) {
     if (!item.second.IsScalar()) return tree;  // refused when it is read
+    if (const std::string key = item.first.Scalar(); key != "file" && key != "types") {
+      named.force_insert(item.first, item.second);  // so is this
+      continue;
+    }
     const std::string path = (std::filesystem::path(folder) / item.second.Scalar()).lexically_normal().string();
     if (before_reading) before_reading(path);
-    named[item.first.Scalar()] = path;
+    named.force_insert(item.first, YAML::Node(path));
   }
   for (const auto& item : tree) {
     // Nodes of the tree itself keep their line numbers.
@@ -193,7 +197,8 @@ YAML::Node with_consist(const YAML::Node& root, const std::string& where, std::v
     const std::string key = written(item.first);
     std::string* path = key == "file" ? &file : key == "types" ? &types : nullptr;
     if (path == nullptr || !item.second.IsScalar())
-      throw InputError(where, "consist." + key, written(item.second), "no file of a train list", kAllowed);
+      throw InputError(located(where, item.first.Mark()), "consist." + key, written(item.second),
+                       "no file of a train list", kAllowed);
     *path = item.second.Scalar();
   }
   if (file.empty()) throw InputError(where, "consist", written(consist), "no file of a train list", kAllowed);

@@ -1,6 +1,6 @@
 /// \file
 /// Kinds of cars: bodies by the name of a block, and types for what a train list does not say. All are in
-/// config/car_types.yaml, which the library carries in itself; values here are in SI units.
+/// config/types/car_types.yaml, which the library carries in itself; values here are in SI units.
 #pragma once
 
 #include <optional>
