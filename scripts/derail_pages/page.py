@@ -12,13 +12,14 @@ import numpy as np
 
 TEMPLATES = os.path.join(os.path.dirname(os.path.realpath(__file__)), 'templates')
 THREE = '/usr/share/javascript/three'
+THREE_FILES = {'three.min.js': os.path.join(THREE, 'build'), 'OrbitControls.js': os.path.join(THREE, 'examples', 'js', 'controls')}
 NEEDS = "pages that replay a run need three.js (Debian: libjs-three)"
 
 
 def check():
     """Raises OSError if something is missing."""
-    for name in ('build/three.min.js', 'examples/js/controls/OrbitControls.js'):
-        with open(os.path.join(THREE, name), 'rb'):
+    for name, folder in THREE_FILES.items():
+        with open(os.path.join(folder, name), 'rb'):
             pass
 
 
@@ -74,7 +75,7 @@ def rendered(name, document):
         undefined=jinja2.StrictUndefined,
     )
     environment.globals['raw'] = lambda file: _raw(TEMPLATES, file)
-    environment.globals['three'] = lambda file: _raw(THREE, file)
+    environment.globals['three'] = lambda file: _raw(THREE_FILES[file], file)
     environment.filters['packed_run'] = packed_run
     environment.filters['outcome_rows'] = outcome_rows
     return environment.get_template(name + '.html').render(json.loads(document))

@@ -23,6 +23,7 @@ BASELINE = 'config/baseline.yaml'
 # All parts of the extended model, and incidents of each kind, in a second or so.
 ACCIDENT = 'config/accident.yaml'
 SHORT = {'stop.time_max': '8 s', 'initial.speed': '60 mph'}
+LONG = {**SHORT, 'consist[1].count': 900, 'stop.time_max': '30 s'}  # some seconds of computing
 PERTURBED = {'initial.perturbation.spacing': '1 cm', 'consist[0].count': 12}
 
 STUDY = '''
@@ -282,7 +283,7 @@ class ThreadsTest(Case):
         self.assertNotEqual(alone[0], alone[1])
 
     def test_ctrl_c_interrupts_a_run_that_can_be_gone_on_with(self):
-        simulation = train_derail.Simulation(ACCIDENT, SHORT)
+        simulation = train_derail.Simulation(ACCIDENT, LONG)
 
         def interrupt():
             while True:
@@ -298,7 +299,7 @@ class ThreadsTest(Case):
         other.join()
         self.assertFalse(simulation.ended)
         simulation.run()
-        self.assertEqual(without_wall_time(simulation.outcome), without_wall_time(train_derail.run(ACCIDENT, SHORT).outcome))
+        self.assertEqual(without_wall_time(simulation.outcome), without_wall_time(train_derail.run(ACCIDENT, LONG).outcome))
 
     def test_ctrl_c_interrupts_an_ensemble_soon(self):
         def interrupt(done, total):
