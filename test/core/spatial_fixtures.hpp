@@ -72,6 +72,26 @@ inline inputs::Scenario spatial(int cars, double step = 1e-3) {
   return s;
 }
 
+/// A run in which all forces of the model act.
+inline inputs::Scenario everything(int cars, double step, bool hilly = false) {
+  inputs::Scenario s = test::accident(cars);
+  s.model = inputs::Model::spatial;
+  s.track.grade = -0.01;
+  s.track.curves = {{-400.0, 700.0, 1.0 / 600.0, hilly ? 0.1 : 0.0}};
+  if (hilly) s.track.grades = {{-300.0, 250.0, -0.015}, {-50.0, 400.0, 0.02}};
+  s.terrain.bank_left = 2.0;
+  s.terrain.bank_right = -1.0;
+  s.terrain.ballast_height = 0.5;
+  s.contact.crush_force = 1.2e6 * inputs::kPoundForce;
+  s.contact.side_crush_force = 0.5e6 * inputs::kPoundForce;
+  s.initial.cars_ahead = 5;
+  s.initial.perturbation.seed = 4;
+  s.solver.fixed_step = step;
+  s.stop.speed = 0.01;
+  s.stop.time_max = 100.0;
+  return s;
+}
+
 inline double height_of(const inputs::Scenario& s, std::size_t k = 0) {
   return model::expand(s.consist)[k].centre_height;
 }

@@ -1,0 +1,85 @@
+// What only many runs show of the spatial model. Not built with sanitizers, which make each of them a minute long.
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Core>
+
+#include "spatial_fixtures.hpp"
+#include "train_derail/multibody/two_sample.hpp"
+#include "train_derail/simulation/simulation.hpp"
+
+namespace train_derail {
+namespace {
+
+using test::everything;
+
+TEST(SpatialRest, ChangesNoOutcomeBeyondNoise) {
+  constexpr unsigned kRuns = 30;
+  std::array<std::vector<double>, 4> with, without;
+  for (unsigned i = 0; i < 2 * kRuns; ++i) {
+    inputs::Scenario s = everything(20, 2e-3);
+    s.initial.perturbation.seed = static_cast<int>(i) + 1;
+    if (i % 2 == 1) s.terrain.rest_speed = 0.0;
+    simulation::Simulation sim(s);
+    sim.run();
+    const outcome::Outcome o = sim.outcome();
+    auto& sample = i % 2 == 1 ? without : with;
+    const double values[] = {static_cast<double>(o.cars_derailed), static_cast<double>(o.posture.over()),
+                             o.pile_up.lateral_reach.farthest, o.pile_up.length};
+    for (std::size_t q = 0; q < sample.size(); ++q) sample[q].push_back(values[q]);
+  }
+  std::vector<double> p;
+  for (std::size_t q = 0; q < with.size(); ++q) {
+    const multibody::TwoSample test = multibody::compare(with[q], without[q], 9999);
+    p.insert(p.end(), {test.p_distance, test.p_precedence});
+  }
+  const std::vector<double> corrected = multibody::holm(p);
+  EXPECT_GT(*std::min_element(corrected.begin(), corrected.end()), 0.01);
+}
+
+TEST(SpatialRun, FlatLowAndWideEndsAsInThePlane) {
+  // Means over seeds: later on single runs part.
+  struct Ensemble {
+    std::vector<double> derailed, broken, closing, length;
+  };
+  const auto ensemble = [](const inputs::Scenario& of) {
+    Ensemble e;
+    for (int seed = 1; seed <= 24; ++seed) {
+      inputs::Scenario s = of;
+      s.initial.perturbation.seed = seed;
+      simulation::Simulation sim(s);
+      sim.run();
+      const outcome::Outcome o = sim.outcome();
+      e.derailed.push_back(o.cars_derailed);
+      e.broken.push_back(o.couplers_broken);
+      e.closing.push_back(o.closing_speed_max.speed);
+      e.length.push_back(o.pile_up.main_length);
+    }
+    return e;
+  };
+  inputs::Scenario plane = test::accident(40);
+  plane.model = inputs::Model::extended;
+  inputs::Scenario space = plane;
+  space.model = inputs::Model::spatial;
+  space.suspension.half_base = 3.0;
+  space.coupler.height = 1.0;
+  space.terrain.rail_height = 0.0;
+  for (inputs::CarBlock& block : space.consist) {
+    block.centre_height = 1.0;
+    block.floor_height = 0.1;
+    block.roof_height = 1.9;
+  }
+  const Ensemble a = ensemble(plane), b = ensemble(space);
+  for (const auto of : {&Ensemble::derailed, &Ensemble::broken, &Ensemble::closing, &Ensemble::length}) {
+    const auto mean = [](const std::vector<double>& v) {
+      return Eigen::Map<const Eigen::ArrayXd>(v.data(), 24).mean();
+    };
+    const double x = mean(a.*of), y = mean(b.*of);
+    EXPECT_NEAR(y / x, 1.0, 0.15) << x << ' ' << y;
+  }
+}
+
+}  // namespace
+}  // namespace train_derail
