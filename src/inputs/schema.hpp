@@ -90,6 +90,7 @@ inline constexpr std::array<Names<ContactLaw>, 2> kContactLaws{
 inline constexpr int kCarsMax = 1000;
 inline const Range kYawInertiaFactors = between(0.01, 0.25), kUsualYawInertiaFactors = between(0.06, 0.13);
 inline const Range kPlaces = between(-1e5, 1e5);  // positions along and across the track [m]
+inline constexpr double kFullTurn = 360.0 * kDegree;
 inline constexpr std::size_t kCurvesMax = 1000, kPatchesMax = 1000;
 
 /// A part that only the extended model has, and that a scenario may switch on.
@@ -357,11 +358,13 @@ void describe_grade(V& v, G& g) {
 
 template <class V, class T>
 void describe_track(V& v, T& t) {
+  v.number("heading", t.heading, {"rad", "deg", between(0, kFullTurn)},
+           "Compass direction of travel at the point of derailment, clockwise from north; pictures then show north.");
   v.number("grade", t.grade, {"1", "percent", between(-0.1, 0.1), between(-0.04, 0.04)},
-           "Rise over run in the direction of travel, of the whole track.");
+           {"Rise over run in the direction of travel, of the whole track.", &kOnRails});
   v.list(
-      "curves", t.curves, [](auto& w, auto& c) { describe_curve(w, c); }, "Arcs; straight between and outside of them.",
-      false);
+      "curves", t.curves, [](auto& w, auto& c) { describe_curve(w, c); },
+      {"Arcs; straight between and outside of them.", &kOnRails}, false);
   v.list(
       "grades", t.grades, [](auto& w, auto& g) { describe_grade(w, g); },
       {"Stretches that rise or fall, beside grade; level between and outside of them.", &kSpatial}, false);
@@ -531,7 +534,8 @@ void describe(V& v, S& s) {
   v.group(
       "ground", s.ground, [](auto& w, auto& g) { describe_ground(w, g); }, "Friction under the trucks.");
   v.group("rails", s.rails, [](auto& w, auto& r) { describe_rails(w, r); }, {"Rails that yield.", &kOnRails});
-  v.group("track", s.track, [](auto& w, auto& t) { describe_track(w, t); }, {"Curves and grades.", &kOnRails});
+  v.group(
+      "track", s.track, [](auto& w, auto& t) { describe_track(w, t); }, "Direction, curves and grades of the track.");
   v.group(
       "brakes", s.brakes, [](auto& w, auto& b) { describe_brakes(w, b); }, "Brakes of the cars on the track.");
   v.group(

@@ -214,6 +214,7 @@ TEST(Parts, EveryNumberIsFiniteAndInItsRange) {
                                     NUMBER(rails.derail_ratio, -0.1, true),
                                     NUMBER(rails.derail_time, -0.1),
                                     NUMBER(rails.torn_length, -0.1),
+                                    NUMBER(track.heading, -0.1),
                                     NUMBER(track.grade, 0.2),
                                     NUMBER(track.curves[0].start, any),
                                     NUMBER(track.curves[0].length, 0.0),
@@ -266,6 +267,7 @@ TEST(Parts, SurviveWritingAndReading) {
   s.consist[0].brake_share = 0.7;
   s.consist[0].brake_source = inputs::BrakeSource::remote;
   s.ground.patches = {{1.0, 2.0, 3.0, 4.0, 0.5}, {5.0, 6.0, 7.0, 8.0, 1.5}};
+  s.track.heading = 200.0 * inputs::kDegree;
   s.track.grade = -0.012;
   s.track.curves = {{-300.0, 100.0, 0.002}, {10.0, 20.0, -0.003, 0.05}};
   s.track.grades = {{-300.0, 100.0, 0.01}, {10.0, 20.0, -0.02}};
@@ -278,6 +280,7 @@ TEST(Parts, SurviveWritingAndReading) {
   EXPECT_EQ(inputs::to_yaml(again), once);
   EXPECT_EQ(again.consist[0].brake_source, inputs::BrakeSource::remote);
   EXPECT_EQ(again.ground.patches.at(1).factor, 1.5);
+  EXPECT_EQ(again.track.heading, s.track.heading);
   EXPECT_EQ(again.track.curves.at(1).curvature, -0.003);
   EXPECT_EQ(again.track.curves.at(1).superelevation, 0.05);
   EXPECT_EQ(again.track.grades.at(1).grade, -0.02);

@@ -119,6 +119,12 @@ TEST(Warnings, WhatIsSaidToDoNothingDoesNothing) {
   EXPECT_GT(idle, 30);
 }
 
+// North is for pictures, whatever the law of the track.
+TEST(Warnings, HeadingIsNeverIdle) {
+  EXPECT_EQ(said(shipped("baseline.yaml", {{"track.heading", "270 deg"}})), Texts{});
+  EXPECT_EQ(said(shipped("accident.yaml", {{"track.heading", "0 deg"}})), said(shipped("accident.yaml", {})));
+}
+
 TEST(Warnings, UnusualNumbersAreSaidWithWhatIsUsual) {
   EXPECT_EQ(said(shipped("baseline.yaml", {{"initial.speed", "150 mph"}})),
             Texts{"initial.speed = 150 mph: more than usual: 1.118 to 100.7 mph"});

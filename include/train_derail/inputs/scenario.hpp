@@ -162,10 +162,11 @@ struct GradeSection {
   double grade = 0.0;   ///< rise over run in the direction of travel, uphill positive [-]
 };
 
-/// Curves and grades of the track; they need OnTrackLaw::rails.
+/// Direction, curves and grades of the track. Curves and grades need OnTrackLaw::rails.
 struct Track {
-  double grade = 0.0;         ///< of the whole track, rise over run in the direction of travel, uphill positive [-]
-  std::vector<Curve> curves;  ///< in the order of their start, without overlap
+  std::optional<double> heading;  ///< of travel at the point of derailment, clockwise from north; for pictures [rad]
+  double grade = 0.0;             ///< of the whole track, rise over run in the direction of travel, uphill positive [-]
+  std::vector<Curve> curves;      ///< in the order of their start, without overlap
   std::vector<GradeSection> grades;  ///< heights beside `grade`; in the order of their start, without overlap
 };
 
