@@ -14,18 +14,37 @@ import sys
 
 import rosgraph.names
 import roslaunch
+import roslaunch.config
 import roslaunch.parent
 import roslaunch.rlutil
 
 
-class Deaths(roslaunch.pmon.ProcessListener):
-    """Remembers how each process has ended, in order."""
+class Ends(roslaunch.pmon.ProcessListener):
+    """Remembers how each process has ended, in order. The end of a required node ends the launch, as roslaunch does it,
+    but without its alarm: a run that is over is no accident. What ends with an error is still told in red."""
 
-    def __init__(self):
+    def __init__(self, config):
         self.seen = []
+        self.parent = None
+        required = [n for n in config.nodes if n.required]
+        self.required = {self.name(n) for n in required}
+        self.asked = self.required or {self.name(n) for n in config.nodes}
+        for node in required:
+            node.required = False
+
+    @staticmethod
+    def name(node):
+        return rosgraph.names.ns_join(node.namespace, node.name).lstrip('/')
 
     def process_died(self, process_name, exit_code):
-        self.seen.append((process_name.rsplit('-', 1)[0], exit_code))
+        node = process_name.rsplit('-', 1)[0]
+        self.seen.append((node, exit_code))
+        if node in self.required:
+            self.parent.pm.is_shutdown = True
+
+    def exit_code(self):
+        code = next((code for node, code in self.seen if node in self.asked), 0) or 0
+        return code if code >= 0 else 128 - code
 
 
 def main(arguments):
@@ -33,21 +52,21 @@ def main(arguments):
         print(__doc__.strip(), file=sys.stdout if arguments else sys.stderr)
         return 0 if arguments else 2
     name, *rest = arguments
-    deaths = Deaths()
     try:
         file = name if os.path.exists(name) else roslaunch.rlutil.resolve_launch_arguments(['train_derail', name])[0]
         uuid = roslaunch.rlutil.get_or_generate_uuid(None, False)
         roslaunch.configure_logging(uuid)
-        parent = roslaunch.parent.ROSLaunchParent(uuid, [(file, rest)], process_listeners=[deaths])
+        config = roslaunch.config.load_config_default([(file, rest)], None)
+        ends = Ends(config)
+        parent = roslaunch.parent.ROSLaunchParent(uuid, [(file, rest)], process_listeners=[ends])
+        parent.config = config
+        ends.parent = parent
         parent.start()
         parent.spin()
     except (roslaunch.RLException, roslaunch.xmlloader.XmlParseException) as e:
         print(f'launch.py: {e}', file=sys.stderr)
         return 2
-    required = [n for n in parent.config.nodes if n.required] or parent.config.nodes
-    names = {rosgraph.names.ns_join(n.namespace, n.name).lstrip('/') for n in required}
-    code = next((code for node, code in deaths.seen if node in names), 0) or 0
-    return code if code >= 0 else 128 - code
+    return ends.exit_code()
 
 
 if __name__ == '__main__':

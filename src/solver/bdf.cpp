@@ -1,5 +1,4 @@
 // Backward differentiation formulas by CVODE, Newton iteration with the banded analytic Jacobian.
-#include <cvode/cvode.h>
 #include <sunlinsol/sunlinsol_band.h>
 #include <sunmatrix/sunmatrix_band.h>
 
@@ -30,7 +29,7 @@ class Bdf final : public Stepper {
     to_band(state_, banded_);
     void* m = memory_.get();
     check(CVodeSetUserData(m, this), "CVodeSetUserData");
-    check(CVodeSetErrHandlerFn(m, on_error, this), "CVodeSetErrHandlerFn");
+    check(tell_cvode_errors<on_error>(context_.get(), m, this), "setting CVODE's error handler");
     check(CVodeInit(m, on_derivative, t0, y_.get()), "CVodeInit");
     check(CVodeWFtolerances(m, on_error_weights), "CVodeWFtolerances");
     check(CVodeSetLinearSolver(m, linear_solver_.get(), jacobian_.get()), "CVodeSetLinearSolver");
@@ -98,7 +97,7 @@ class Bdf final : public Stepper {
   }
 
   static Bdf& self(void* user) { return *static_cast<Bdf*>(user); }
-  static int on_derivative(realtype t, N_Vector y, N_Vector dydt, void* user) {
+  static int on_derivative(sunrealtype t, N_Vector y, N_Vector dydt, void* user) {
     Bdf& s = self(user);
     s.from_band(NV_DATA_S(y), s.natural_);
     const int flag = s.derivative(t, s.natural_.data(), s.natural_rate_.data());
@@ -107,7 +106,7 @@ class Bdf final : public Stepper {
     }
     return flag;
   }
-  static int on_jacobian(realtype t, N_Vector y, N_Vector, SUNMatrix jacobian, void* user, N_Vector, N_Vector,
+  static int on_jacobian(sunrealtype t, N_Vector y, N_Vector, SUNMatrix jacobian, void* user, N_Vector, N_Vector,
                          N_Vector) {
     Bdf& s = self(user);
     s.from_band(NV_DATA_S(y), s.natural_);
@@ -121,15 +120,13 @@ class Bdf final : public Stepper {
     self(user).error_weights(NV_DATA_S(y), NV_DATA_S(weights), NV_LENGTH_S(y));
     return 0;
   }
-  static int on_events(realtype t, N_Vector y, realtype* values, void* user) {
+  static int on_events(sunrealtype t, N_Vector y, sunrealtype* values, void* user) {
     Bdf& s = self(user);
     s.from_band(NV_DATA_S(y), s.natural_);
     s.system_.events(t, s.natural_.data(), values);
     return 0;
   }
-  static void on_error(int code, const char*, const char*, char* message, void* user) {
-    if (code < 0) self(user).set_error(message);
-  }
+  static void on_error(const char* message, void* user) { self(user).set_error(message); }
 
   const std::vector<Eigen::Index> positions_;
   VectorX banded_, natural_, natural_rate_, dense_;

@@ -1,4 +1,4 @@
-// Owners of the SUNDIALS 6.4 objects, and checks that name the call that failed.
+// Owners of the SUNDIALS objects, and checks that name the call that failed.
 #pragma once
 
 #include <memory>
@@ -7,9 +7,10 @@
 #include <type_traits>
 
 #include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
+
+#include "sundials_versions.hpp"
 
 namespace train_derail::solver {
 
@@ -41,7 +42,7 @@ T* check_made(T* object, const char* call) {
 
 inline Context make_context() {
   SUNContext context = nullptr;
-  check(SUNContext_Create(nullptr, &context), "SUNContext_Create");
+  check(create_context(&context), "SUNContext_Create");
   return Context(context);
 }
 

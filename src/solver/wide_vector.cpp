@@ -13,10 +13,10 @@ namespace {
 /// Starts at a cache line, where malloc would let wide loads straddle two.
 N_Vector clone(N_Vector w) {
   constexpr std::size_t kLine = 64;
-  const std::size_t size = static_cast<std::size_t>(NV_LENGTH_S(w)) * sizeof(realtype);
+  const std::size_t size = static_cast<std::size_t>(NV_LENGTH_S(w)) * sizeof(sunrealtype);
   N_Vector v = N_VCloneEmpty_Serial(w);
   if (v == nullptr) return nullptr;
-  NV_DATA_S(v) = static_cast<realtype*>(std::aligned_alloc(kLine, (size + kLine - 1) / kLine * kLine));
+  NV_DATA_S(v) = static_cast<sunrealtype*>(std::aligned_alloc(kLine, (size + kLine - 1) / kLine * kLine));
   NV_OWN_DATA_S(v) = SUNTRUE;  // N_VDestroy calls free()
   if (NV_DATA_S(v) != nullptr) return v;
   N_VDestroy(v);
@@ -24,7 +24,7 @@ N_Vector clone(N_Vector w) {
 }
 
 /// z = sum of c[i] x[i]; z may be one of the x. The tables of the Runge-Kutta pairs have zeros.
-int linear_combination(int count, realtype* c, N_Vector* x, N_Vector z) {
+int linear_combination(int count, sunrealtype* c, N_Vector* x, N_Vector z) {
   Term terms[kTermsMax];
   int used = 0;
   for (int i = 0; i < count; ++i) {
@@ -37,18 +37,18 @@ int linear_combination(int count, realtype* c, N_Vector* x, N_Vector z) {
   return 0;
 }
 
-void linear_sum(realtype a, N_Vector x, realtype b, N_Vector y, N_Vector z) {
+void linear_sum(sunrealtype a, N_Vector x, sunrealtype b, N_Vector y, N_Vector z) {
   const Term terms[] = {{a, NV_DATA_S(x)}, {b, NV_DATA_S(y)}};
   loops().add_up(2, terms, NV_DATA_S(z), NV_LENGTH_S(z));
 }
 
-void scale(realtype c, N_Vector x, N_Vector z) {
+void scale(sunrealtype c, N_Vector x, N_Vector z) {
   if (c == 1.0 && x == z) return;
   const Term term{c, NV_DATA_S(x)};
   loops().add_up(1, &term, NV_DATA_S(z), NV_LENGTH_S(z));
 }
 
-realtype weighted_rms_norm(N_Vector x, N_Vector w) {
+sunrealtype weighted_rms_norm(N_Vector x, N_Vector w) {
   const sunindextype n = NV_LENGTH_S(x);
   return std::sqrt(loops().weighted_square_sum(NV_DATA_S(x), NV_DATA_S(w), n) / static_cast<double>(n));
 }

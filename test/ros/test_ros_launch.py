@@ -82,7 +82,7 @@ class LaunchTest(unittest.TestCase):
         with open(os.path.join(self.folder, 'short.yaml'), 'w', encoding='utf-8') as f:
             f.write("base: 'my scenario.yaml'\nstop: {time_max: 0.5}\n")
         for config in ('short.yaml', './short.yaml', os.path.join(self.folder, 'short.yaml')):
-            code, text = self.sim('config:=' + config, 'required:=false', program=('rosrun', 'train_derail', 'launch.py'))
+            code, text = self.sim('config:=' + config, program=('rosrun', 'train_derail', 'launch.py'))
             self.assertEqual(code, 0, text)
             self.assertIn('time limit reached', text)
             for alarm in ('REQUIRED', 'has died'):
