@@ -344,7 +344,9 @@ void describe_curve(V& v, C& c) {
   v.number("curvature", c.curvature, required({"1/m", "deg/(100 ft)", between(-0.02, 0.02), between(-0.012, 0.012)}),
            "One over the radius, to the left positive.");
   v.number("superelevation", c.superelevation, {"m", "in", between(0, 0.3), between(0, 0.18)},
-           {"Of the outer rail over the inner one; it runs in over 200 ft about the ends of the arc.", &kSpatial});
+           {"Of the outer rail over the inner one; it runs in over 200 ft about the ends of the arc, or 3/4 of a "
+            "shorter arc.",
+            &kSpatial});
 }
 
 template <class V, class G>

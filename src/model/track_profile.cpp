@@ -7,11 +7,31 @@ namespace train_derail::model {
 
 namespace {
 
-/// How much of a stretch of the track counts at s: 1 within it, 0 outside, linear over a run-in about its ends.
-double share_at(double start, double length, double s) {
-  constexpr double kHalf = 0.5 * TrackProfile::kRunIn;
-  const double begin = std::max(start, s - kHalf), end = std::min(start + length, s + kHalf);
-  return std::max(end - begin, 0.0) / TrackProfile::kRunIn;
+/// From 0 to 1 about `place`, linear over `run_in`.
+double ramp(double s, double place, double run_in) { return std::clamp((s - place) / run_in + 0.5, 0.0, 1.0); }
+
+/// How much of a stretch of the track counts at s.
+double share_at(const inputs::GradeSection& g, double s) {
+  return ramp(s, g.start, TrackProfile::kRunIn) - ramp(s, g.start + g.length, TrackProfile::kRunIn);
+}
+
+/// An arc with the lengths over which its superelevation runs in and out: short enough for the middle of the arc to
+/// have all of it, and the same for two arcs where they meet.
+struct RaisedArc {
+  inputs::Curve arc;
+  double in, out;
+  double share_at(double s) const { return ramp(s, arc.start, in) - ramp(s, arc.start + arc.length, out); }
+};
+std::vector<RaisedArc> raised(const std::vector<inputs::Curve>& curves) {
+  std::vector<RaisedArc> all;
+  for (const inputs::Curve& c : curves) {
+    const double own = std::min(TrackProfile::kRunIn, 0.75 * c.length);
+    RaisedArc arc{c, own, own};
+    if (!all.empty() && c.start - (all.back().arc.start + all.back().arc.length) < 0.01)
+      arc.in = all.back().out = std::min(all.back().out, own);
+    all.push_back(arc);
+  }
+  return all;
 }
 
 }  // namespace
@@ -30,14 +50,16 @@ TrackProfile::TrackProfile(const inputs::Scenario& scenario) {
 
   from_ = from;
   const double gauge = 2.0 * scenario.suspension.half_base;
+  const std::vector<RaisedArc> arcs = raised(track.curves);
   std::vector<Node> nodes(static_cast<std::size_t>(std::ceil((to - from) / kBin)) + 1);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     Node& n = nodes[i];
     const double s = from + static_cast<double>(i) * kBin;
-    for (const inputs::GradeSection& g : track.grades) n.grade += g.grade * share_at(g.start, g.length, s);
-    for (const inputs::Curve& c : track.curves) {
+    for (const inputs::GradeSection& g : track.grades) n.grade += g.grade * share_at(g, s);
+    for (const RaisedArc& a : arcs) {
+      const inputs::Curve& c = a.arc;
       if (s + 0.5 * kBin > c.start && s + 0.5 * kBin < c.start + c.length) n.curvature = c.curvature;
-      const double raised = c.superelevation * share_at(c.start, c.length, s);
+      const double raised = c.superelevation * a.share_at(s);
       n.lift += 0.5 * raised;
       n.tilt += (c.curvature > 0.0 ? -raised : raised) / gauge;
     }

@@ -12,7 +12,8 @@
 namespace train_derail::model {
 
 /// One track's heights over the arc length s, as Track has it. Where a grade or a superelevation begins or ends, it
-/// changes linearly over kRunIn, half before that place and half beyond it: the height changes along a parabola.
+/// changes linearly over kRunIn, half before that place and half beyond it: the height changes along a parabola. The
+/// superelevation of an arc changes over three quarters of its length where that is less, so that its middle has all.
 class TrackProfile {
  public:
   /// Of a spiral for about 3 in of superelevation, at 62 ft an inch: said to be AREMA's rule, not verified [m].
