@@ -3,6 +3,7 @@
 /// not computed, until a neighbour or the rails do something else to them than when they came to rest.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -19,10 +20,10 @@ class Rest {
   static constexpr double kPull = 0.05;  ///< largest sum of forces on a car that is still, over its weight
   static constexpr double kPush = 0.02;  ///< change of a neighbour's force that wakes a car, over its weight
 
-  explicit Rest(std::size_t cars) : lying_(cars, 0), still_for_(cars, 0.0) {}
+  explicit Rest(std::size_t cars) : lying_(cars, false), still_for_(cars, 0.0) {}
 
   bool any() const { return count_ > 0; }
-  bool lies(std::size_t car) const { return lying_[car] != 0; }
+  bool lies(std::size_t car) const { return lying_[car]; }
 
   /// How a car that does not lie is in a step of length h [s]; true once it has been still for kTime.
   bool note(std::size_t car, bool still, double h) {
@@ -30,39 +31,38 @@ class Rest {
     return still_for_[car] >= kTime;
   }
   void lay(std::size_t car) {
-    lying_[car] = 1;
+    lying_[car] = true;
     ++count_;
   }
   /// Nothing if the car does not lie.
   void wake(std::size_t car) {
-    count_ -= static_cast<std::size_t>(lying_[car]);
-    lying_[car] = 0;
+    if (lying_[car]) --count_;
+    lying_[car] = false;
     still_for_[car] = 0.0;
+  }
+
+  void wake_all() {
+    for (std::size_t car = 0; car < lying_.size(); ++car) wake(car);
   }
 
   void walk(files::Archive& archive) {
     archive.column("still_for", still_for_);
-    count_ = 0;
-    archive.list("lying", lying_, [&](char& lies) {
-      int number = lies;
-      archive.value("v", number);
-      lies = static_cast<char>(number);
-      count_ += static_cast<std::size_t>(number);
-    });
+    archive.flags("lying", lying_);
+    count_ = static_cast<std::size_t>(std::count(lying_.begin(), lying_.end(), true));
   }
 
  private:
-  std::vector<char> lying_;
+  std::vector<bool> lying_;
   std::vector<double> still_for_;  // s
   std::size_t count_ = 0;
 };
 
 /// What a neighbour did to a car when it came to rest.
 struct Held {
-  bool known = false;
+  bool known = true;                                // false: what it does next is what it did all the time
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  // N
 
-  /// By how much `now` differs from it [N]; the first force that is seen is what it is compared with.
+  /// By how much `now` differs from it [N]; if it is not known, `now` is what later ones are compared with.
   double change(const Eigen::Vector3d& now) {
     if (!known) force = now;
     known = true;

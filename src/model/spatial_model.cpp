@@ -100,6 +100,12 @@ struct Pair {
   double seen = 0.0;
   Held held = {};  // where one of the two lies still
   std::int64_t round = 0;
+
+  /// One of the two comes to rest. From cars that are apart any force is new to it.
+  void hold() {
+    held = {};
+    held.known = axis < 0;
+  }
 };
 
 }  // namespace
@@ -271,7 +277,7 @@ struct SpatialModel::Parts {
   std::vector<double> inertia, axes, axes_before, rotation, spin, force, torque, mean_rotation;
 
   // Trucks: the front trucks of all cars, then the rear ones; SpatialArrays has the forces.
-  std::vector<char> lost, past;
+  std::vector<bool> lost, past;
   std::vector<std::size_t> loose;  // trucks that are off the rails, in order
   std::vector<Cause> first_cause;
   std::vector<double> on_rails, arc, offset, tangent_x, tangent_y, place_x, place_y, overloaded, lateral,
@@ -284,7 +290,7 @@ struct SpatialModel::Parts {
   // How far friction with the ground has strained it, kPoints a car [m]; the next values belong to the forces found.
   std::vector<Vector3d> sheared, sheared_next;
   std::vector<double> feet;   // arc lengths at which these points were last [m]
-  std::vector<char> lies;     // anything of the car is on the ground
+  std::vector<bool> lies;     // anything of the car is on the ground
   std::vector<double> above;  // so high at least a body is above it, as far as is known [m]
 
   // Couplers.
@@ -671,7 +677,7 @@ struct SpatialModel::Parts {
         leaning_held[truck] = leaning[truck];
       }
       for (Pair& p : pairs)
-        if (static_cast<std::size_t>(p.a) == k || static_cast<std::size_t>(p.b) == k) p.held.known = false;
+        if (static_cast<std::size_t>(p.a) == k || static_cast<std::size_t>(p.b) == k) p.hold();
       for (const std::size_t i : {k - 1, k})
         if (i < held.size()) held[i].known = false;
       accounts[k].used = 0;
@@ -1378,7 +1384,7 @@ void SpatialModel::find_gaps(const double* y, double* gap, double* rate) const {
 }
 
 bool SpatialModel::derailed(Eigen::Index car) const { return parts_->off(static_cast<std::size_t>(car)); }
-bool SpatialModel::past_pod(Eigen::Index car) const { return parts_->past[static_cast<std::size_t>(car)] != 0; }
+bool SpatialModel::past_pod(Eigen::Index car) const { return parts_->past[static_cast<std::size_t>(car)]; }
 Cause SpatialModel::cause(Eigen::Index car) const { return parts_->first_cause[static_cast<std::size_t>(car)]; }
 bool SpatialModel::straight_track() const { return parts_->track.straight(); }
 const Incidents* SpatialModel::incidents() const { return &parts_->record.incidents; }
@@ -1400,7 +1406,7 @@ Eigen::Vector4d SpatialModel::wheel_loads(Eigen::Index car) const {
 }
 
 bool SpatialModel::truck_lost(Eigen::Index car, bool front) const {
-  return parts_->lost[parts_->truck_of(static_cast<std::size_t>(car), front)] != 0;
+  return parts_->lost[parts_->truck_of(static_cast<std::size_t>(car), front)];
 }
 
 EnergyLedger SpatialModel::energy(const double* y) const {
@@ -1437,21 +1443,17 @@ SpatialMomentum SpatialModel::momentum(const double* y) const {
 
 void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
   Parts& p = *parts_;
-  const auto flags = [&](const char* name, std::vector<char>& values) {
-    archive.list(name, values, [&](char& v) {
-      int number = v;
-      archive.value("v", number);
-      v = static_cast<char>(number);
-    });
-  };
   archive.group("record", [&] { p.record.walk(archive); });
   archive.group("brakes", [&] { p.brakes.walk(archive); });
   archive.column("on_rails", p.on_rails);
-  flags("lost", p.lost);
-  flags("past", p.past);
+  archive.flags("lost", p.lost);
+  archive.flags("past", p.past);
   archive.column("alive", p.alive);
   archive.list("first_cause", p.first_cause, [&](Cause& c) { archive.value("cause", c); });
   archive.column("arc", p.arc);
+  // Of cars that lie these are not found again.
+  for (auto [name, column] : {std::pair{"offset", &p.offset}, {"tangent_x", &p.tangent_x}, {"tangent_y", &p.tangent_y}})
+    archive.column(name, *column);
   archive.column("overloaded", p.overloaded);
   archive.column("braked", p.braked);
   archive.value("ordered", p.ordered);
@@ -1475,6 +1477,7 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
     archive.value("seen", pair.seen);
   });
   if (!archive.restoring()) return;
+  if (!(p.scenario.terrain.rest_speed > 0.0)) p.rest.wake_all();
   std::fill(p.above.begin(), p.above.end(), 0.0);
   for (std::size_t k = 0; k < p.n; ++k) {
     const auto first = p.sheared.begin() + static_cast<std::ptrdiff_t>(kPoints * k);

@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "extended_fixtures.hpp"
+#include "train_derail/files/archive.hpp"
 #include "train_derail/model/spatial_model.hpp"
 
 namespace train_derail::test {
@@ -25,6 +26,17 @@ class SpatialTrain final : private solver::SteppedSystem {
     model_.start(state.data());
     solver::SteppedSystem& system = *this;
     integrator_ = solver::make_integrator(s.solver, system, 0.0, state);
+  }
+
+  /// Goes on from where another one is now, with the same inputs or others.
+  SpatialTrain(const inputs::Scenario& s, SpatialTrain& saved) : model_(s) {
+    files::Archive saving;
+    saved.model_.walk(saved.time(), saved.data(), saving);
+    files::Archive restoring(saving.bytes());
+    const model::StateVector& state = saved.integrator_->state();
+    model_.walk(saved.time(), state.data(), restoring);
+    solver::SteppedSystem& system = *this;
+    integrator_ = solver::make_integrator(s.solver, system, saved.time(), state);
   }
 
   void step() { last_ = integrator_->step(); }

@@ -253,6 +253,17 @@ TEST(OnTheRails, SuperelevationRunsInAndRaisesTheOuterRail) {
   }
 }
 
+TEST(OnTheRails, ShortArcsHaveAllOfTheirSuperelevationInTheMiddle) {
+  inputs::Scenario s = spatial(1);
+  s.track.curves = {{-100.0, 30.0, 1.0 / 400.0, 0.12}, {100.0, 80.0, 0.002, 0.1}, {180.0, 20.0, 0.003, 0.1}};
+  const model::TrackProfile profile(s);
+  EXPECT_NEAR(profile.at(-85.0).height, 0.06, 1e-9);
+  EXPECT_NEAR(profile.at(-100.0).height, 0.03, 1e-3);
+  EXPECT_EQ(profile.at(-100.0 - 0.5 * 0.75 * 30.0 - 2.0).height, 0.0);
+  // Where two arcs meet it stays what both have.
+  for (double at = 140.0; at < 190.0; at += 1.0) EXPECT_NEAR(profile.at(at).height, 0.05, 1e-9) << at;
+}
+
 TEST(OnTheRails, ACarThatRollsDownGainsTheSpeedOfTheHeight) {
   inputs::Scenario s = spatial(1);
   s.track.grades = {{-400.0, 200.0, -0.02}};
@@ -750,6 +761,62 @@ TEST(SpatialRest, AHitWakesACarAndWhatLeansOnIt) {
   const auto woken = run(0.01), free = run(0.0);
   EXPECT_GT(woken[0].x(), 200.05);
   for (std::size_t k = 0; k < 3; ++k) EXPECT_LT((woken[k] - free[k]).norm(), 0.05) << k;
+}
+
+/// A car that stands off the rails, and one that comes from behind without a coupler.
+inputs::Scenario standing_and_coming() {
+  inputs::Scenario s = spatial(2, 2e-3);
+  s.contact.law = inputs::ContactLaw::elastic;
+  s.contact.friction = 0.0;
+  s.coupler.break_draft = 1e-4;
+  s.ground.off_track_law = inputs::OffTrackLaw::by_slip;
+  s.track.curves = {{10.0, 1000.0, 1.0 / 600.0}};
+  s.track.grade = -0.01;
+  s.ground.patches = {{-1e3, 1e3, -1.0, 1.0, 0.0}};  // nothing would hold the car in the middle of the track
+  return s;
+}
+std::vector<SpatialMotion> standing_and_coming(const inputs::Scenario& s, double gap, double speed) {
+  const double length = model::expand(s.consist)[0].length, up = height_of(s) - s.terrain.rail_height;
+  const Matrix3d along = turned(std::atan(190.0 / 600.0), Vector3d::UnitZ());
+  const Vector3d first(200.0, 34.0, up);
+  return {at(first, along),
+          at(first - along * Vector3d(length + gap, 0.3, 0.0), along, along * Vector3d(speed, 0.0, 0.0))};
+}
+
+TEST(SpatialRest, TheFirstBlowWakesACar) {
+  inputs::Scenario s = standing_and_coming();
+  // All of the force at once: it does not change from the first step of the blow to the next.
+  s.contact.crush_force = 1e5;
+  // It comes long after the car has come to rest, or in the very next steps.
+  int held = 0;
+  for (double gap = 8.0; gap < 11.0; gap += 0.013) {
+    Train train(s, standing_and_coming(s, gap, 20.0));
+    bool still = false;
+    while (train.incidents().impacts.empty() && train.time() < 3.0) {
+      still = train.car(0).velocity.isZero(0.0);
+      train.step();
+    }
+    train.step();  // the blow may have begun with less than what wakes
+    if (!still || train.time() > 2.9) continue;
+    ++held;
+    ASSERT_GT(train.car(0).velocity.x(), 0.0) << gap;
+  }
+  EXPECT_GT(held, 50);
+}
+
+TEST(SpatialRest, AHeldCarThatIsRestoredWakesAsItWouldHave) {
+  inputs::Scenario s = standing_and_coming();
+  Train whole(s, standing_and_coming(s, 20.0, 20.0));
+  whole.to(0.8);
+  ASSERT_TRUE(whole.car(0).velocity.isZero(0.0));
+  Train resumed(s, whole);
+  s.terrain.rest_speed = 0.0;
+  Train free(s, whole);
+  free.step();
+  EXPECT_FALSE(free.car(0).velocity.isZero(0.0)) << "no car is held any more";
+  for (Train* train : {&whole, &resumed}) train->to(4.0);
+  EXPECT_GT(whole.car(0).centre.x(), 200.5);
+  for (Eigen::Index k = 0; k < 2; ++k) EXPECT_EQ(whole.car(k).centre, resumed.car(k).centre) << k;
 }
 
 TEST(SpatialRun, MirroredIsTheMirrorImage) {
