@@ -57,6 +57,14 @@ class Rest {
   std::size_t count_ = 0;
 };
 
+/// Who can wake a car that lies still.
+class Waker {
+ public:
+  virtual ~Waker() = default;
+  /// What a neighbour does to a car that lies has changed by so much [N]: enough of it wakes the car, in the same step.
+  virtual void wake_if_pushed(std::size_t car, double change) = 0;
+};
+
 /// What a neighbour did to a car when it came to rest.
 struct Held {
   bool known = true;                                // false: what it does next is what it did all the time

@@ -1,0 +1,91 @@
+/// \file
+/// Where rails and ground are in the spatial model: the track, its heights, and the terrain beside it.
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "train_derail/inputs/extent.hpp"
+#include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/terrain.hpp"
+#include "train_derail/model/track.hpp"
+#include "train_derail/model/track_profile.hpp"
+
+namespace train_derail::model {
+
+/// Ground under a point: height and the upward vector (not of length 1) along which it pushes.
+struct Under {
+  double z;
+  Eigen::Vector3d up;
+};
+
+class SpatialBed {
+ public:
+  explicit SpatialBed(const inputs::Scenario& s)
+      : track(s, inputs::track_extent(s).from, inputs::track_extent(s).to),
+        profile(s),
+        terrain_(s.terrain),
+        level_(model::level(s.terrain) && s.track.grades.empty()),
+        highest_(model::highest_ground(s.terrain)) {}
+
+  Track track;
+  const TrackProfile profile;
+
+  /// All ground is one level plane.
+  bool level() const { return level_; }
+
+  /// Under a point that is near arc length s_near of the track.
+  Under ground(const Eigen::Vector3d& p, double s_near) const {
+    if (level_) return {-terrain_.rail_height, Eigen::Vector3d::UnitZ()};
+    if (track.straight() && profile.flat()) {
+      const GroundHeight g = ground_height(terrain_, p.y());
+      return {g.z, {0.0, -g.slope, 1.0}};
+    }
+    const double s = track.foot({p.x(), p.y()}, s_near);
+    return ground_at(p, s, track.at(s));
+  }
+  /// The same for a point that is no farther than `reach` from where the track is at s: its foot on the track is looked
+  /// for from where it was before.
+  Under ground(const Eigen::Vector3d& p, double s, double reach, double& foot) const {
+    if (level_ || track.straight()) return ground(p, s);
+    if (!(std::abs(foot - s) < reach)) foot = s;
+    const Vector2 place(p.x(), p.y());
+    const Track::Node node = track.at(foot);
+    const double ahead = (place - node.point).dot(node.tangent);
+    // Looked for twice, a foot stays where it is: a run that is resumed finds the same.
+    if (std::abs(ahead) < 1e-6) return ground_at(p, foot, node);
+    foot = track.foot(place, foot + ahead);
+    return ground_at(p, foot, track.at(foot));
+  }
+  /// No ground within `reach` of the track's place at s is higher.
+  double highest_ground(double s, double reach) const {
+    if (profile.flat()) return highest_;
+    return highest_ + profile.at(s).bed + reach * profile.steepest();
+  }
+  /// Height of the rails' plane at a point.
+  double rails(const Eigen::Vector3d& p, double s_near) const {
+    if (profile.flat()) return 0.0;
+    const double s = track.foot({p.x(), p.y()}, s_near);
+    const TrackProfile::Place along = profile.at(s);
+    return along.height + along.tilt * (offset_of(p, track.at(s)) - track.alignment(s));
+  }
+
+ private:
+  Under ground_at(const Eigen::Vector3d& p, double s, const Track::Node& node) const {
+    const GroundHeight g = ground_height(terrain_, offset_of(p, node));
+    const TrackProfile::Place along = profile.at(s);
+    return {along.bed + g.z,
+            {g.slope * node.tangent.y() - along.grade * node.tangent.x(),
+             -g.slope * node.tangent.x() - along.grade * node.tangent.y(), 1.0}};
+  }
+  static double offset_of(const Eigen::Vector3d& p, const Track::Node& node) {
+    return (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();
+  }
+
+  const inputs::Terrain& terrain_;
+  const bool level_;
+  const double highest_;  // where the track is level
+};
+
+}  // namespace train_derail::model

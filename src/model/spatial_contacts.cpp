@@ -1,0 +1,217 @@
+#include "model/spatial_contacts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "train_derail/model/contact_law.hpp"
+
+namespace train_derail::model {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kMargin = 1.0;       // of pairs of bodies that are looked at, m
+constexpr double kSameImpact = 0.25;  // s: touches of the same two cars closer together are one impact
+
+Face face_met(const SpatialMotion& car, const Vector3d& push) {
+  const Vector3d own = car.axes.transpose() * push;
+  const double along = own.x(), across = own.y(), upward = own.z();
+  if (std::abs(upward) > std::max(std::abs(along), std::abs(across))) return upward < 0.0 ? Face::top : Face::bottom;
+  if (std::abs(along) > std::abs(across)) return along < 0.0 ? Face::front : Face::rear;
+  return across < 0.0 ? Face::left : Face::right;
+}
+
+bool end_met(const SpatialMotion& car, const Vector3d& push) {
+  const Face face = face_met(car, push);
+  return face == Face::front || face == Face::rear;
+}
+
+}  // namespace
+
+SpatialContacts::SpatialContacts(SpatialCars& cars, Record& record, Waker& waker)
+    : cars_(cars), record_(record), waker_(waker) {
+  for (std::size_t k = 0; k < cars.n; ++k) by_x_.push_back(static_cast<int>(k));
+}
+
+Box SpatialContacts::box(std::size_t k) const {
+  const Body& b = cars_.bodies[k];
+  const SpatialMotion& q = cars_.at(k);
+  return {q.point(b.box_centre), q.axes, b.box_half};
+}
+
+void SpatialContacts::find_pairs() {
+  const double* radius = cars_.radius();
+  const auto begin_of = [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    return cars_.state[SX * cars_.n + k] - radius[k];
+  };
+  for (std::size_t i = 1; i < by_x_.size(); ++i) {
+    const int k = by_x_[i];
+    std::size_t j = i;
+    for (; j > 0 && begin_of(by_x_[j - 1]) > begin_of(k); --j) by_x_[j] = by_x_[j - 1];
+    by_x_[j] = k;
+  }
+  old_pairs_.swap(pairs_);
+  pairs_.clear();
+  for (std::size_t i = 0; i < by_x_.size(); ++i) {
+    const auto a = static_cast<std::size_t>(by_x_[i]);
+    for (std::size_t j = i + 1; j < by_x_.size(); ++j) {
+      const auto b = static_cast<std::size_t>(by_x_[j]);
+      const double reach = radius[a] + radius[b] + 2.0 * kMargin;
+      if (begin_of(by_x_[j]) > cars_.state[SX * cars_.n + a] + radius[a] + 2.0 * kMargin) break;
+      if ((cars_.centre(a) - cars_.centre(b)).squaredNorm() > reach * reach) continue;
+      const auto [first, second] = std::minmax(by_x_[i], by_x_[j]);
+      pairs_.push_back({first, second});
+    }
+  }
+  const auto less = [](const Pair& p, const Pair& r) { return p.a != r.a ? p.a < r.a : p.b < r.b; };
+  std::sort(pairs_.begin(), pairs_.end(), less);
+  auto old = old_pairs_.begin();
+  for (Pair& p : pairs_) {
+    while (old != old_pairs_.end() && less(*old, p)) ++old;
+    if (old != old_pairs_.end() && old->a == p.a && old->b == p.b) p = *old;
+  }
+}
+
+void SpatialContacts::press_all(double t, double h) {
+  if (cars_.scenario.contact.law == inputs::ContactLaw::none) return;
+  if (moved_ > kMargin) {
+    find_pairs();
+    moved_ = 0.0;
+  }
+  // Half as much again for what speeds may grow within this step.
+  moved_ += 1.5 * h * (cars_.fastest + cars_.spinning);
+  // Who wakes may wake others.
+  for (bool all = false; !all;) {
+    all = true;
+    for (Pair& pair : pairs_) {
+      const bool lie = cars_.rest.lies(static_cast<std::size_t>(pair.a)) && cars_.rest.lies(static_cast<std::size_t>(pair.b));
+      if (lie || pair.round == cars_.round) continue;
+      pair.round = cars_.round;
+      if (touch(t, h, pair)) all = false;
+    }
+  }
+}
+
+/// True if it has woken a car.
+bool SpatialContacts::touch(double t, double h, Pair& pair) {
+  const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+  // As far as they were apart, less what they may have moved_ since then, they need not be looked at.
+  pair.apart -= 1.05 * h * ((cars_.velocity(a) - cars_.velocity(b)).cwiseAbs().sum() + cars_.swirl[a] + cars_.swirl[b]);
+  if (pair.apart > 0.0) return false;
+  const Box box_a = box(a), box_b = box(b);
+  const BoxManifold m = press(box_a, box_b, pair.axis);
+  pair.axis = m.axis;
+  pair.apart = m.count > 0 ? 0.0 : gap(box_a, box_b) - 1e-3;
+  if (m.count == 0) {
+    pair.crushed = 0.0;
+    pair.sheared.setZero();
+    return wakes(pair, Vector3d::Zero());
+  }
+  inputs::Contact law = cars_.scenario.contact;
+  if (law.side_crush_force < law.crush_force && !(end_met(cars_.at(a), m.normal) && end_met(cars_.at(b), -m.normal)))
+    law.crush_force = law.side_crush_force;
+  const SpatialMotion &q = cars_.at(a), &r = cars_.at(b);
+  // What speeds change in ten steps of free fall: slower than that, a car that lies on another would hop as the force
+  // changes between loading and unloading.
+  const double quiet = std::max(cars_.scenario.ground.regularization_speed, 10.0 * inputs::kStandardGravity * h);
+  const auto points = static_cast<std::size_t>(m.count);
+  const double share = 1.0 / m.count;
+  std::array<Vector3d, 8> slip;
+  std::array<double, 8> pushes;
+  Vector3d first_velocity = Vector3d::Zero(), mean_slip = Vector3d::Zero();
+  double force = 0.0;
+  for (std::size_t i = 0; i < points; ++i) {
+    const Vector3d v = q.velocity_at(m.point[i]) - r.velocity_at(m.point[i]);
+    const double closing = -v.dot(m.normal);
+    if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
+    pushes[i] = share * quiet_contact_force(law, m.depth[i], closing, quiet, pair.crushed);
+    slip[i] = v + closing * m.normal;
+    force += pushes[i];
+    mean_slip += pushes[i] * slip[i];
+    double& overlap = record_.incidents.overlap_max;
+    overlap = std::max(overlap, m.depth[i] - pair.crushed);
+  }
+  if (!(force > 0.0)) {
+    pair.sheared.setZero();
+    return wakes(pair, Vector3d::Zero());
+  }
+  // Friction strains the bodies until they slide, as on the ground.
+  const double reduced = cars_.bodies[a].mass * cars_.bodies[b].mass / (cars_.bodies[a].mass + cars_.bodies[b].mass);
+  const double rub_damping = friction_damping(law, reduced);
+  pair.sheared -= pair.sheared.dot(m.normal) * m.normal;
+  pair.sheared += h / force * mean_slip;
+  const double strained = law.stiffness * pair.sheared.norm(), most = law.friction * force;
+  if (strained > most) pair.sheared *= most / strained;
+  const bool woken = wakes(pair, force * m.normal - law.stiffness * pair.sheared);
+  for (std::size_t i = 0; i < points; ++i) {
+    const double part = pushes[i] / force;
+    Vector3d rub = -part * (law.stiffness * pair.sheared + rub_damping * slip[i]);
+    const double size = rub.norm(), limit = law.friction * pushes[i];
+    if (size > limit) rub *= limit / size;
+    const Vector3d normal = pushes[i] * m.normal;
+    const Vector3d arm_a = m.point[i] - q.centre, arm_b = m.point[i] - r.centre;
+    cars_.push(a, IMPACT_NORMAL, normal, arm_a);
+    cars_.push(b, IMPACT_NORMAL, -normal, arm_b);
+    cars_.push(a, IMPACT_FRICTION, rub, arm_a);
+    cars_.push(b, IMPACT_FRICTION, -rub, arm_b);
+  }
+  note(t, h, pair, m, first_velocity, force);
+  return woken;
+}
+
+/// Wakes a car that lies if the force between it and its neighbour is no longer what it was; true if it has.
+bool SpatialContacts::wakes(Pair& pair, const Vector3d& force) {
+  const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+  if (!cars_.rest.lies(a) && !cars_.rest.lies(b)) return false;
+  const std::size_t car = cars_.rest.lies(a) ? a : b;
+  waker_.wake_if_pushed(car, pair.held.change(force));
+  return !cars_.rest.lies(car);
+}
+
+void SpatialContacts::note(double t, double h, Pair& pair, const BoxManifold& m, const Vector3d& velocity, double force) {
+  std::vector<Impact>& impacts = record_.incidents.impacts;
+  const SpatialMotion &a = cars_.at(static_cast<std::size_t>(pair.a)), &b = cars_.at(static_cast<std::size_t>(pair.b));
+  if (pair.impact < 0 || t - pair.seen > kSameImpact) {
+    pair.impact = static_cast<int>(impacts.size());
+    const Vector3d& p = m.point[0];
+    impacts.push_back({t, t, pair.a, pair.b, face_met(a, m.normal), face_met(b, -m.normal),
+                       (p - a.centre).dot(a.axes.col(0)), (p - b.centre).dot(b.axes.col(0)), p.x(), p.y(), p.z(),
+                       velocity.norm(), -velocity.dot(m.normal), 0.0, 0.0});
+  }
+  pair.seen = t;
+  Impact& impact = impacts[static_cast<std::size_t>(pair.impact)];
+  impact.end = t + h;
+  impact.impulse += force * h;
+  impact.peak_force = std::max(impact.peak_force, force);
+}
+
+void SpatialContacts::hold(std::size_t car) {
+  for (Pair& p : pairs_)
+    if (p.has(car)) p.hold();
+}
+
+void SpatialContacts::resume(std::size_t car) {
+  for (Pair& p : pairs_)
+    if (p.has(car)) p.seen = cars_.now;
+}
+
+void SpatialContacts::walk(files::Archive& archive) {
+  archive.value("moved", moved_);
+  archive.list("by_x", by_x_, [&](int& car) { archive.value("car", car); });
+  archive.list("pairs", pairs_, [&](Pair& pair) {
+    archive.value("a", pair.a);
+    archive.value("b", pair.b);
+    archive.value("axis", pair.axis);
+    archive.value("crushed", pair.crushed);
+    archive.column("sheared", pair.sheared);
+    archive.value("impact", pair.impact);
+    archive.group("held", [&] { pair.held.walk(archive); });
+    archive.value("seen", pair.seen);
+  });
+}
+
+}  // namespace train_derail::model

@@ -1,0 +1,305 @@
+#include "model/spatial_trucks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
+
+#include "train_derail/model/ground_law.hpp"
+#include "train_derail/model/rail_law.hpp"
+
+namespace train_derail::model {
+
+using Eigen::Vector3d;
+
+SpatialTrucks::SpatialTrucks(SpatialCars& cars, SpatialBed& bed, SpatialGround& ground, const ExtendedKernels& loops,
+                             Record& record)
+    : cars_(cars),
+      bed_(bed),
+      ground_(ground),
+      loops_(loops),
+      record_(record),
+      cos_part_(cars.scenario.suspension.part_angle < M_PI ? std::cos(cars.scenario.suspension.part_angle) : -2.0) {
+  const std::size_t n = cars.n, trucks = 2 * n;
+  for (const Body& b : cars.bodies) rail_dampings_.push_back(rail_damping(cars.scenario.rails, b.mass));
+  lost_.assign(trucks, false);
+  past_.assign(n, false);
+  first_cause_.assign(n, Cause::none);
+  for (auto* a : {&arc_, &offset_, &overloaded_, &lateral_, &lateral_before_, &kick_, &braked_, &braked_next_, &load_,
+                  &leaning_, &brake_, &damper_, &rocker_, &place_x_, &place_y_, &load_held_, &leaning_held_})
+    a->assign(trucks, 0.0);
+  on_rails_.assign(trucks, 1.0);
+  tangent_x_.assign(trucks, 1.0);
+  tangent_y_.assign(trucks, 0.0);
+  if (!bed.profile.flat())
+    for (auto* a : {&rail_height_, &rail_slope_, &rail_tilt_, &rail_twist_}) a->assign(trucks, 0.0);
+  const inputs::Perturbation& p = cars.scenario.initial.perturbation;
+  boost::random::mt19937_64 generator(static_cast<std::uint64_t>(p.seed) ^ 0x61c5e1ULL);
+  boost::random::normal_distribution<double> normal;
+  for (std::size_t k = 0; k < n; ++k) {
+    for (const std::size_t truck : {k, n + k}) kick_[truck] = p.kick * normal(generator);
+  }
+  show();
+}
+
+void SpatialTrucks::show() {
+  SpatialArrays& a = cars_.arrays;
+  a.straight = bed_.track.straight();
+  a.flat = bed_.profile.flat();
+  a.rail_damping = rail_dampings_.data();
+  a.on_rails = on_rails_.data();
+  a.offset = offset_.data();
+  a.tangent_x = tangent_x_.data();
+  a.tangent_y = tangent_y_.data();
+  a.rail_height = rail_height_.data();
+  a.rail_slope = rail_slope_.data();
+  a.rail_tilt = rail_tilt_.data();
+  a.rail_twist = rail_twist_.data();
+  a.load = load_.data();
+  a.leaning = leaning_.data();
+  a.brake = brake_.data();
+  a.damper = damper_.data();
+  a.rocker = rocker_.data();
+  a.braked = braked_.data();
+  a.braked_next = braked_next_.data();
+  a.lateral = lateral_.data();
+}
+
+void SpatialTrucks::start() {
+  const std::size_t n = cars_.n;
+  cars_.wide.places(cars_.arrays, cars_.state, place_x_.data(), place_y_.data());
+  for (std::size_t truck = 0; truck < 2 * n; ++truck)
+    arc_[truck] = bed_.track.nearest({place_x_[truck], place_y_[truck]});
+  const auto ahead = static_cast<std::size_t>(cars_.scenario.initial.cars_ahead);
+  for (std::size_t k = ahead; k < n; ++k) past_[k] = cars_.at(k).centre.x() >= 0.0;
+  for (std::size_t truck = 0; truck < 2 * n; ++truck) {
+    if (cars_.car_of(truck) >= ahead && arc_[truck] >= 0.0) leave(0.0, truck, Cause::pod, nullptr);
+  }
+  order_derailments();
+  find_standing();
+  find_offsets();
+}
+
+void SpatialTrucks::press(std::size_t truck) {
+  if (lost_[truck]) return;
+  const std::size_t car = cars_.car_of(truck);
+  const SpatialMotion& q = cars_.at(car);
+  const inputs::Ground& ground = cars_.scenario.ground;
+  const double patch = ground.patches.empty() ? 1.0 : patch_factor(ground.patches, arc_[truck], offset_[truck]);
+  // Which way the truck slides, or would: a truck that stands has no other direction than that of the force.
+  const auto mu = [&](const Vector3d& rub) {
+    if (ground.off_track_law != inputs::OffTrackLaw::by_slip) return patch * ground.off_track_friction;
+    return patch * slip_friction<double>(ground, rub.squaredNorm(), rub.dot(q.axes.col(1)), offset_[truck]);
+  };
+  OnGround sum;
+  for (const bool left : {false, true}) {
+    const std::size_t number = (truck < cars_.n ? 0U : 2U) + (left ? 1U : 0U);
+    const double carried =
+        ground_.press_wheel(sum, q, car, number, wheel(q, truck, left), arc_[truck], mu);
+    load_[truck] += carried;
+    leaning_[truck] += left ? carried : -carried;
+  }
+  ground_.lie(car, TRUCK_DAMPING, sum);
+}
+
+void SpatialTrucks::press_all() {
+  for (const std::size_t truck : loose_) {
+    if (!cars_.rest.lies(cars_.car_of(truck))) {
+      press(truck);
+    } else {
+      load_[truck] = load_held_[truck];
+      leaning_[truck] = leaning_held_[truck];
+    }
+  }
+}
+
+void SpatialTrucks::hold(std::size_t car) {
+  for (const std::size_t truck : {car, cars_.n + car}) {
+    load_held_[truck] = load_[truck];
+    leaning_held_[truck] = leaning_[truck];
+  }
+}
+
+void SpatialTrucks::release(std::size_t car) {
+  for (const std::size_t truck : {car, cars_.n + car}) {
+    if (on_rails_[truck] != 0.0) continue;
+    load_[truck] = leaning_[truck] = 0.0;
+    press(truck);
+  }
+}
+
+void SpatialTrucks::keep_strain() {
+  braked_.swap(braked_next_);
+  cars_.arrays.braked = braked_.data();
+  cars_.arrays.braked_next = braked_next_.data();
+}
+
+void SpatialTrucks::keep_lateral() {
+  lateral_before_.swap(lateral_);
+  cars_.arrays.lateral = lateral_.data();
+}
+
+double SpatialTrucks::energy(std::size_t truck, const SpatialMotion& q) const {
+  if (lost_[truck]) return 0.0;
+  const Body& b = cars_.bodies[cars_.car_of(truck)];
+  double e = 0.0;
+  for (const bool left : {false, true}) {
+    const Vector3d place = wheel(q, truck, left);
+    const double ground = on_rails_[truck] != 0.0 ? bed_.rails(place, arc_[truck]) : bed_.ground(place, arc_[truck]).z;
+    const double depth = std::max(b.sag - (place.z() - ground), 0.0);
+    e += 0.5 * b.spring * depth * depth;
+  }
+  return e;
+}
+
+void SpatialTrucks::leave(double t, std::size_t truck, Cause cause, double* y) {
+  const std::size_t car = cars_.car_of(truck);
+  const SpatialMotion& q = cars_.at(car);
+  const double stored = energy(truck, q);
+  cars_.rest.wake(car);  // before forces are found again
+  on_rails_[truck] = 0.0;
+  loose_.insert(std::lower_bound(loose_.begin(), loose_.end(), truck), truck);
+  overloaded_[truck] = lateral_[truck] = braked_[truck] = 0.0;
+  // What the springs held up falls from the rails to the ground.
+  record_.spent.work_rails += stored - energy(truck, q);
+  const Vector3d p = q.point(cars_.truck_place(truck));
+  record_.incidents.derailments.push_back({t, static_cast<Eigen::Index>(car), truck < cars_.n, cause, p.x(), p.y()});
+  bed_.track.tear(arc_[truck]);
+  if (cause == Cause::pod && kick_[truck] != 0.0 && y != nullptr) push_sideways(truck, y);
+}
+
+/// An impulse at the truck, in the plane, across the car, that changes the truck's velocity by the kick.
+void SpatialTrucks::push_sideways(std::size_t truck, double* y) {
+  const std::size_t n = cars_.n, car = cars_.car_of(truck);
+  const Body& b = cars_.bodies[car];
+  const double arm = cars_.arm_of(truck);
+  const double impulse = kick_[truck] / (1.0 / b.mass + arm * arm / b.inertia.z());
+  const Vector3d across = cars_.at(car).axes.col(1);
+  const double kinetic_before = b.kinetic(cars_.at(car));
+  y[SVX * n + car] += impulse / b.mass * across.x();
+  y[SVY * n + car] += impulse / b.mass * across.y();
+  y[SVZ * n + car] += impulse / b.mass * across.z();
+  y[YAW_RATE * n + car] += impulse * arm / b.inertia.z();
+  cars_.look_anew(y);
+  record_.spent.work_kicks -= b.kinetic(cars_.at(car)) - kinetic_before;
+}
+
+void SpatialTrucks::pass(double t, double h, double* y) {
+  Track& track = bed_.track;
+  const std::size_t n = cars_.n;
+  const auto ahead = static_cast<std::size_t>(cars_.scenario.initial.cars_ahead);
+  for (std::size_t k = ahead; k < n; ++k) past_[k] = past_[k] || cars_.state[SX * n + k] >= 0.0;
+  cars_.wide.places(cars_.arrays, cars_.state, place_x_.data(), place_y_.data());
+  for (std::size_t truck = 0; truck < 2 * n; ++truck) {
+    const double from = arc_[truck];
+    if (track.straight()) arc_[truck] = place_x_[truck];
+    else if (!cars_.rest.lies(cars_.car_of(truck))) arc_[truck] = track.foot({place_x_[truck], place_y_[truck]}, from);
+    if (on_rails_[truck] == 0.0) continue;
+    const double s = arc_[truck];
+    if (cars_.car_of(truck) >= ahead && from < 0.0 && s >= 0.0)
+      leave(t + h - h * s / (s - from), truck, Cause::pod, y);
+    else if (s >= track.torn_from() && s <= track.torn_to() && track.torn(s))
+      leave(t + h, truck, Cause::torn_track, y);
+  }
+  find_offsets();
+}
+
+/// Of all trucks at their arc lengths.
+void SpatialTrucks::find_offsets() {
+  const Track& track = bed_.track;
+  const std::size_t trucks = 2 * cars_.n;
+  if (track.straight()) {
+    offset_ = place_y_;
+  } else {
+    for (std::size_t truck = 0; truck < trucks; ++truck) {
+      if (on_rails_[truck] == 0.0 && cars_.rest.lies(cars_.car_of(truck))) continue;
+      const Track::Node node = track.at(arc_[truck]);
+      tangent_x_[truck] = node.tangent.x();
+      tangent_y_[truck] = node.tangent.y();
+      offset_[truck] = (place_y_[truck] - node.point.y()) * node.tangent.x() -
+                       (place_x_[truck] - node.point.x()) * node.tangent.y();
+    }
+  }
+  for (std::size_t truck = 0; truck < rail_height_.size(); ++truck) {
+    if (on_rails_[truck] == 0.0) continue;
+    const TrackProfile::Place along = bed_.profile.at(arc_[truck]);
+    rail_height_[truck] = along.height;
+    rail_slope_[truck] = along.slope;
+    rail_tilt_[truck] = along.tilt;
+    rail_twist_[truck] = along.twist;
+  }
+  if (!track.aligned()) {
+    loops_.subtract_alignment(static_cast<std::ptrdiff_t>(trucks), track.alignments(), arc_.data(), on_rails_.data(),
+                              offset_.data());
+  }
+}
+
+bool SpatialTrucks::give_way(double t, double h) {
+  const std::size_t n = cars_.n;
+  const inputs::Rails& rails = cars_.scenario.rails;
+  bool any = loops_.overload(static_cast<std::ptrdiff_t>(2 * n), rails, h, lateral_before_.data(), lateral_.data(),
+                             load_.data(), overloaded_.data());
+  for (std::size_t truck = 0; any && truck < 2 * n; ++truck) {
+    if (on_rails_[truck] == 0.0 || overloaded_[truck] <= rails.derail_time) continue;
+    leave(t, truck, Cause::lateral, nullptr);
+    offset_[truck] += bed_.track.alignment(arc_[truck]);
+  }
+  for (const std::size_t truck : loose_) {
+    const std::size_t car = cars_.car_of(truck);
+    if (lost_[truck] || load_[truck] > 0.0 || cars_.rest.lies(car)) continue;
+    if (cars_.axes[8 * n + car] >= cos_part_) continue;
+    record_.spent.work_truck_damping += energy(truck, cars_.at(car));
+    lost_[truck] = true;
+    any = true;
+  }
+  return any;
+}
+
+void SpatialTrucks::order_derailments() {
+  std::vector<Derailment>& all = record_.incidents.derailments;
+  if (ordered_ == all.size()) return;
+  const auto begin = all.begin() + static_cast<std::ptrdiff_t>(ordered_);
+  std::stable_sort(begin, all.end(), [](const Derailment& a, const Derailment& b) { return a.time < b.time; });
+  for (auto d = begin; d != all.end(); ++d) {
+    Cause& cause = first_cause_[static_cast<std::size_t>(d->car)];
+    if (cause == Cause::none) cause = d->cause;
+  }
+  ordered_ = all.size();
+  find_standing();
+}
+
+void SpatialTrucks::find_standing() {
+  const auto ahead = static_cast<std::size_t>(cars_.scenario.initial.cars_ahead);
+  standing_ = cars_.n;
+  while (standing_ > ahead && !off(standing_ - 1)) --standing_;
+}
+
+void SpatialTrucks::walk(files::Archive& archive) {
+  archive.column("on_rails", on_rails_);
+  archive.flags("lost", lost_);
+  archive.flags("past", past_);
+  archive.list("first_cause", first_cause_, [&](Cause& c) { archive.value("cause", c); });
+  archive.column("arc", arc_);
+  // Of cars that lie these are not found again.
+  archive.column("offset", offset_);
+  archive.column("tangent_x", tangent_x_);
+  archive.column("tangent_y", tangent_y_);
+  archive.column("load_held", load_held_);
+  archive.column("leaning_held", leaning_held_);
+  archive.column("overloaded", overloaded_);
+  archive.column("braked", braked_);
+  archive.value("ordered", ordered_);
+}
+
+void SpatialTrucks::restored() {
+  loose_.clear();
+  for (std::size_t truck = 0; truck < 2 * cars_.n; ++truck)
+    if (on_rails_[truck] == 0.0) loose_.push_back(truck);
+  find_standing();
+  cars_.wide.places(cars_.arrays, cars_.state, place_x_.data(), place_y_.data());
+  find_offsets();
+}
+
+}  // namespace train_derail::model

@@ -1,0 +1,88 @@
+/// \file
+/// Trucks of the spatial model: on the rails or off them, or parted from their body; and what leaves the rails.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "model/extended_kernels.hpp"
+#include "model/part.hpp"
+#include "model/spatial_bed.hpp"
+#include "model/spatial_cars.hpp"
+#include "model/spatial_ground.hpp"
+#include "train_derail/files/archive.hpp"
+
+namespace train_derail::model {
+
+class SpatialTrucks {
+ public:
+  SpatialTrucks(SpatialCars& cars, SpatialBed& bed, SpatialGround& ground, const ExtendedKernels& loops,
+                Record& record);
+
+  /// What has happened before the first step: trucks that start past the point of derailment are off the rails.
+  void start();
+  /// Forces on a truck that is off the rails.
+  void press(std::size_t truck);
+  /// Forces on all trucks off the rails; those of cars that lie are what they were.
+  void press_all();
+  /// Finds all trucks on the track after a step; those that have come to its broken or torn parts leave it.
+  void pass(double t, double h, double* y);
+  /// Trucks that are overloaded leave the rails, those that hang part from their body; whether any has.
+  bool give_way(double t, double h);
+  /// A step ends: strain of the brakes and lateral forces become the past.
+  void keep_strain();
+  void keep_lateral();
+  /// A car comes to rest, or moves again.
+  void hold(std::size_t car);
+  void release(std::size_t car);
+  /// Derailments of this step in the order of their time.
+  void order_derailments();
+
+  bool off(std::size_t car) const { return on_rails_[car] == 0.0 || on_rails_[cars_.n + car] == 0.0; }
+  bool off_rails(std::size_t truck) const { return on_rails_[truck] == 0.0; }
+  bool lost(std::size_t truck) const { return lost_[truck]; }
+  bool past(std::size_t car) const { return past_[car]; }
+  Cause cause(std::size_t car) const { return first_cause_[car]; }
+  double arc(std::size_t truck) const { return arc_[truck]; }
+  double load(std::size_t truck) const { return load_[truck]; }
+  double leaning(std::size_t truck) const { return leaning_[truck]; }
+  /// The first of the last cars that stand on the rails.
+  std::size_t standing() const { return standing_; }
+  /// Stored in the springs of a truck [J].
+  double energy(std::size_t truck, const SpatialMotion& q) const;
+
+  void walk(files::Archive& archive);
+  /// The rest of what is restored, from the state.
+  void restored();
+
+ private:
+  void show();
+  Eigen::Vector3d wheel(const SpatialMotion& q, std::size_t truck, bool left) const {
+    const double half_base = cars_.scenario.suspension.half_base;
+    return q.point(cars_.truck_place(truck) + Eigen::Vector3d(0.0, left ? half_base : -half_base, 0.0));
+  }
+  void leave(double t, std::size_t truck, Cause cause, double* y);
+  void push_sideways(std::size_t truck, double* y);
+  void find_offsets();
+  void find_standing();
+
+  SpatialCars& cars_;
+  SpatialBed& bed_;
+  SpatialGround& ground_;
+  const ExtendedKernels& loops_;
+  Record& record_;
+  const double cos_part_;
+  std::vector<bool> lost_, past_;
+  std::vector<std::size_t> loose_;  // trucks that are off the rails, in order
+  std::vector<Cause> first_cause_;
+  std::vector<double> rail_dampings_, on_rails_, arc_, offset_, tangent_x_, tangent_y_, place_x_, place_y_, overloaded_,
+      lateral_, lateral_before_, kick_;
+  std::vector<double> rail_height_, rail_slope_, rail_tilt_, rail_twist_;  // empty where all rails are flat
+  std::vector<double> load_held_, leaning_held_;                           // of trucks off the rails, of cars that lie
+  std::vector<double> load_, leaning_, brake_, damper_, rocker_, braked_, braked_next_;
+  std::size_t ordered_ = 0, standing_ = 0;  // ordered: derailments
+};
+
+}  // namespace train_derail::model
