@@ -22,9 +22,11 @@ from derail_plots.errors import DataError  # noqa: E402
 
 
 def default_derail():
-    """The program beside this one, as catkin installs them; else the one in PATH."""
-    beside = os.path.join(os.path.dirname(os.path.abspath(sys.argv[0])), 'derail')
-    return beside if os.access(beside, os.X_OK) else 'derail'
+    """The program beside this one, as it is installed; else of a workspace that is sourced; else the one in PATH."""
+    folders = [os.path.dirname(os.path.abspath(sys.argv[0]))]
+    folders += [os.path.join(prefix, 'lib', 'train_derail') for prefix in os.environ.get('CMAKE_PREFIX_PATH', '').split(':') if prefix]
+    programs = [os.path.join(folder, 'derail') for folder in folders]
+    return next((program for program in programs if os.access(program, os.X_OK)), 'derail')
 
 
 def parsed(arguments):

@@ -4,11 +4,9 @@
 
 #include <QLabel>
 #include <QWidget>
-#include <QtCharts/QChartView>
-#include <QtCharts/QLineSeries>
-#include <QtCharts/QValueAxis>
 
 #include "rviz/force_record.hpp"
+#include "rviz/qt_charts.hpp"
 
 namespace train_derail::rviz_panel {
 

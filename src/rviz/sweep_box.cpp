@@ -7,9 +7,6 @@
 #include <QGraphicsLayout>
 #include <QGridLayout>
 #include <QHBoxLayout>
-#include <QtCharts/QAreaSeries>
-#include <QtCharts/QLineSeries>
-#include <QtCharts/QValueAxis>
 
 #include "rviz/input_table.hpp"
 #include "rviz/look.hpp"

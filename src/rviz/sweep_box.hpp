@@ -10,8 +10,8 @@
 #include <QPushButton>
 #include <QSpinBox>
 #include <QWidget>
-#include <QtCharts/QChartView>
 
+#include "rviz/qt_charts.hpp"
 #include "rviz/study_link.hpp"
 
 namespace train_derail::rviz_panel {

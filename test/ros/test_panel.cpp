@@ -35,11 +35,10 @@
 #include <QTimer>
 #include <QToolButton>
 #include <QWindow>
-#include <QtCharts/QChartView>
-#include <QtCharts/QLineSeries>
 
 #include "child_process.hpp"
 #include "node_client.hpp"
+#include "rviz/qt_charts.hpp"
 #include "train_derail/GetInputs.h"
 #include "train_derail/Inputs.h"
 #include "train_derail/Seek.h"
@@ -668,7 +667,7 @@ class PanelOnFake : public Panel {
   QSlider* slider() const { return find<QSlider>("time_slider"); }
   QVector<QPointF> line(const char* chart, const char* name) const {
     for (QtCharts::QAbstractSeries* series : find<QtCharts::QChartView>(chart)->chart()->series()) {
-      if (series->name() == name) return static_cast<QtCharts::QLineSeries*>(series)->pointsVector();
+      if (series->name() == name) return static_cast<QtCharts::QLineSeries*>(series)->points().toVector();
     }
     throw std::runtime_error(std::string("no line ") + name);
   }
@@ -906,7 +905,7 @@ TEST_F(Panel, SweepsOverOneInputAndDrawsWhatCameOut) {
   outcomes->setCurrentIndex(outcomes->findData("coupler_buff_peak"));
   QVector<QPointF> median;
   for (QtCharts::QAbstractSeries* series : find<QtCharts::QChartView>("sweep_chart")->chart()->series()) {
-    if (auto* line = qobject_cast<QtCharts::QLineSeries*>(series)) median = line->pointsVector();
+    if (auto* line = qobject_cast<QtCharts::QLineSeries*>(series)) median = line->points().toVector();
   }
   ASSERT_EQ(median.size(), 3);
   EXPECT_NEAR(median[0].x(), 10.0, 1e-9);
