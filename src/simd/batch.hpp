@@ -18,7 +18,13 @@ struct Lanes<xsimd::batch<double, Set>> {
   static constexpr std::ptrdiff_t count = static_cast<std::ptrdiff_t>(B::size);
   static B load(const double* p) { return B::load_unaligned(p); }
   static void store(const B& b, double* p) { b.store_unaligned(p); }
-  static double sum(const B& b) { return xsimd::hadd(b); }
+  static double sum(const B& b) {
+#if XSIMD_VERSION_MAJOR < 10
+    return xsimd::hadd(b);
+#else
+    return xsimd::reduce_add(b);
+#endif
+  }
   static double max(const B& b) {
     double each[B::size];
     b.store_unaligned(each);
