@@ -307,7 +307,7 @@ Observation SpatialModel::observe(const double* y) const {
       const Vector3d place = q.point(p.cars.truck_place(truck));
       const TrackPlace by_track = track_place(car, {place.x(), place.y()});
       const double height = place.z() - p.bed.profile.at(by_track.s).height;
-      (front ? o.front_truck : o.rear_truck) = {by_track.s, by_track.offset, height, p.trucks.load(truck)};
+      (front ? o.front_truck : o.rear_truck) = TruckPlace{by_track.s, by_track.offset, height, p.trucks.load(truck)};
     }
     o.past_pod = past_pod(car);
     o.derailed = derailed(car);
