@@ -67,7 +67,9 @@ class InstallTest(unittest.TestCase):
         self.assertEqual({f[len('opt/a place/'):] for f in files}, files_below(self.prefix))
 
     def test_what_is_installed_are_files_not_links_to_where_they_were(self):
-        links = [name for name in files_below(self.prefix) if os.path.islink(os.path.join(self.prefix, name))]
+        # A library is called by its versions: links to names in the same folder.
+        links = [name for name in files_below(self.prefix) if os.path.islink(os.path.join(self.prefix, name))
+                 and not re.fullmatch(r'lib\w+\.so[.\d]*', os.readlink(os.path.join(self.prefix, name)))]
         self.assertEqual(links, [])
         self.find(os.path.join('train_derail', 'README.md'))
         if ROS:
