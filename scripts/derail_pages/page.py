@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import re
 import struct
 import zlib
 
@@ -26,8 +27,9 @@ def check():
 def _raw(folder, name):
     with open(os.path.join(folder, name), encoding='utf-8') as file:
         text = file.read()
-    # Inside of a script or style nothing but its own end has a meaning to HTML.
-    return markupsafe.Markup(text.replace('</script', '<\\/script').replace('</style', '<\\/style'))
+    # Inside of a script or style nothing has a meaning to HTML but its own end, and a comment, which hides that end. Upper and lower
+    # case are the same.
+    return markupsafe.Markup(re.sub('<(?=/(?:script|style)|!--)', r'<\\', text, flags=re.IGNORECASE))
 
 
 def packed_channels(channels, widths, moments):
@@ -46,9 +48,9 @@ def packed_channels(channels, widths, moments):
 
 def packed_run(run):
     """A run as one text: length of the description, description in JSON, numbers; deflated, in base64."""
-    cars, couplers = len(run['fields']['cars']), len(run['fields']['couplers'])
+    cars, couplers, heap = (len(run['fields'][name]) for name in ('cars', 'couplers', 'heap'))
     n = len(run['cars'])
-    widths = [n] * cars + [n - 1] * couplers + [n]
+    widths = [n] * cars + [n - 1] * couplers + [n, n] + [1] * heap
     numbers = packed_channels(run['channels'], widths, len(run['times']))
     description = {key: value for key, value in run.items() if key != 'channels'}
     head = json.dumps(description, separators=(',', ':')).encode()

@@ -11,8 +11,6 @@
 
 namespace train_derail::ros_face {
 
-using namespace scene;
-
 inline geometry_msgs::Point message_point(double x, double y, double z) {
   geometry_msgs::Point p;
   p.x = x;
@@ -21,14 +19,14 @@ inline geometry_msgs::Point message_point(double x, double y, double z) {
   return p;
 }
 
-inline std::vector<geometry_msgs::Point> to_message(const Points& points) {
+inline std::vector<geometry_msgs::Point> to_message(const scene::Points& points) {
   std::vector<geometry_msgs::Point> all;
   all.reserve(points.size());
-  for (const Point& p : points) all.push_back(message_point(p.x, p.y, p.z));
+  for (const scene::Point& p : points) all.push_back(message_point(p.x, p.y, p.z));
   return all;
 }
 
-inline std_msgs::ColorRGBA colour(Rgb rgb) {
+inline std_msgs::ColorRGBA colour(scene::Rgb rgb) {
   std_msgs::ColorRGBA c;
   c.r = static_cast<float>(rgb.r) / 255.0F;
   c.g = static_cast<float>(rgb.g) / 255.0F;
@@ -53,7 +51,8 @@ inline visualization_msgs::Marker make_marker(const std::string& frame, const st
   return m;
 }
 
-inline visualization_msgs::Marker make_triangles(const std::string& frame, const std::string& ns, int id, Rgb c) {
+inline visualization_msgs::Marker make_triangles(const std::string& frame, const std::string& ns, int id,
+                                                 scene::Rgb c) {
   return make_marker(frame, ns, id, visualization_msgs::Marker::TRIANGLE_LIST, colour(c), 1.0, 1.0, 1.0);
 }
 inline visualization_msgs::Marker make_text(const std::string& frame, const std::string& ns, int id, double height) {

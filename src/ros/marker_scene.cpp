@@ -11,6 +11,8 @@
 
 namespace train_derail::ros_face {
 
+using namespace scene;
+
 namespace {
 
 constexpr char kBodies[] = "cars", kParts[] = "car_parts", kFront[] = "couplers_front", kRear[] = "couplers_rear",
@@ -50,15 +52,17 @@ MarkerScene::MarkerScene(const inputs::Scenario& scenario, const std::vector<mod
       frames_(frames),
       rails_yield_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
       flash_time_(std::max(kFlashTime, interval)),
+      above_roofs_(above_roofs(cars)),
       now_(cars.size()),
       sent_(cars.size()) {
   for (std::size_t i = 0; i < cars_.size(); ++i) {
     CarShape shape = car_shape(cars_[i]);
     // A plate for the number, also over an open top.
     const std::string number = std::to_string(i + 1);
-    const double plate = 0.45 * kNumberHeight * static_cast<double>(number.size() + 1);
-    add_rectangle(shape.body, -plate, plate, std::min(0.7 * kNumberHeight, 0.5 * cars_[i].width), kRoofHeight + 0.02);
-    paint_text(shape.dark, number, kNumberHeight, kRoofHeight + 0.06);
+    const double roof = cars_[i].roof_height;
+    add_rectangle(shape.body, -0.5 * kPlateLength, 0.5 * kPlateLength, 0.5 * std::min(kPlateWidth, cars_[i].width),
+                  roof + 0.02);
+    paint_text(shape.dark, number, kNumberHeight, roof + 0.06);
     // Drawbars, up to the middle of the couplers.
     const double half = 0.5 * cars_[i].length, end = half + 0.5 * scenario.coupler.length;
     if (i > 0) add_rectangle(shape.dark, half, end, kDrawbar, kDrawbarHeight);
@@ -84,7 +88,7 @@ void MarkerScene::update(const simulation::Snapshot& now, const std::vector<outc
   for (std::size_t i = 0; i < now.cars.size(); ++i) now_[i] = shown_of(now, i);
   if (now.time < time_) forces_sent_ = -1.0;
   time_ = now.time;
-  update_flashes(now.time, touches);
+  update_flashes(now, touches);
 }
 
 visualization_msgs::Marker MarkerScene::body(std::size_t car) const {
@@ -110,8 +114,8 @@ visualization_msgs::Marker MarkerScene::parts(std::size_t car) const {
     }
   }
   // The end of the roof is black.
-  if (shown.front_broken) add_rectangle(points, 0.88 * half, half, width, z);
-  if (shown.rear_broken) add_rectangle(points, -half, -0.88 * half, width, z);
+  if (shown.front_broken) add_rectangle(points, (1.0 - kBrokenEnd) * half, half, width, z);
+  if (shown.rear_broken) add_rectangle(points, -half, (kBrokenEnd - 1.0) * half, width, z);
   m.points = to_message(points);
   m.pose.position.z = kLayerStep * static_cast<double>(car % kLayers);
   m.frame_locked = 1;
@@ -129,7 +133,7 @@ std::optional<visualization_msgs::Marker> MarkerScene::arrow(std::size_t car, bo
   const bool buff = force > 0;
   const double heading = buff ? outwards : -outwards;
   m.pose.position.x = buff ? end - outwards * length : end;
-  m.pose.position.z = kAboveRoofs;
+  m.pose.position.z = above_roof(cars_[car]);
   m.pose.orientation.w = heading > 0.0 ? 1.0 : 0.0;
   m.pose.orientation.z = heading > 0.0 ? 0.0 : 1.0;
   m.frame_locked = 1;
@@ -205,17 +209,17 @@ visualization_msgs::MarkerArray MarkerScene::whole_on_empty() const {
   return all;
 }
 
-MarkerScene::Flash MarkerScene::make_flash(const outcome::FirstTouch& touch, int id, int step, bool told) const {
+MarkerScene::Flash MarkerScene::make_flash(const outcome::FirstTouch& touch, double height, int id, int step,
+                                           bool told) const {
   const double age = static_cast<double>(step) / kFlashSteps;
-  const double radius = star_radius(touch.speed) * (1.0 - 0.7 * age);
+  const double radius = star_radius(touch.speed) * (1.0 - kStarFade * age);
   Flash flash;
   flash.step = step;
   flash.star = make_triangles(frames_.world, kTouches, id, kStarRim);
-  flash.star.pose.position = message_point(touch.x, touch.y, kAboveRoofs + 0.6);
-  constexpr int kRays = 8;
-  for (int i = 0; i < 2 * kRays; ++i) {
+  flash.star.pose.position = message_point(touch.x, touch.y, height);
+  for (int i = 0; i < 2 * kStarRays; ++i) {
     const auto corner = [&](int k) {
-      const double r = radius * (k % 2 == 0 ? 1.0 : 0.4), angle = k * 3.14159265358979323846 / kRays;
+      const double r = radius * (k % 2 == 0 ? 1.0 : kStarInner), angle = k * 3.14159265358979323846 / kStarRays;
       return message_point(r * std::cos(angle), r * std::sin(angle), 0.0);
     };
     flash.star.points.insert(flash.star.points.end(), {message_point(0.0, 0.0, 0.0), corner(i), corner(i + 1)});
@@ -223,13 +227,14 @@ MarkerScene::Flash MarkerScene::make_flash(const outcome::FirstTouch& touch, int
   if (told) {
     flash.text = make_text(frames_.world, kTouches, id + 1, kTextHeight);
     flash.text->text = speed_text(touch.speed);
-    flash.text->color.a = static_cast<float>(1.0 - 0.7 * age);
-    flash.text->pose.position = message_point(touch.x, touch.y, kAboveRoofs + kTextHeight);
+    flash.text->color.a = static_cast<float>(1.0 - kStarFade * age);
+    flash.text->pose.position = message_point(touch.x, touch.y, height + kTextHeight);
   }
   return flash;
 }
 
-void MarkerScene::update_flashes(double time, const std::vector<outcome::FirstTouch>& touches) {
+void MarkerScene::update_flashes(const simulation::Snapshot& now, const std::vector<outcome::FirstTouch>& touches) {
+  const double time = now.time;
   std::vector<const outcome::FirstTouch*> recent;
   for (const outcome::FirstTouch& touch : touches) {
     if (touch.time <= time && time - touch.time < flash_time_) recent.push_back(&touch);
@@ -250,7 +255,8 @@ void MarkerScene::update_flashes(double time, const std::vector<outcome::FirstTo
     const TouchKey key(touch->car_a, touch->car_b);
     const auto known = flashes_.find(key);
     const bool same = known != flashes_.end() && known->second.step == step && known->second.text.has_value() == tell;
-    flashes.emplace(key, same ? known->second : make_flash(*touch, id, step, tell));
+    const double height = above_roofs_ + now.cars[static_cast<std::size_t>(touch->car_a) - 1].z;
+    flashes.emplace(key, same ? known->second : make_flash(*touch, height, id, step, tell));
   }
   flashes_ = std::move(flashes);
 }

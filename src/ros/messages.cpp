@@ -134,13 +134,14 @@ Impacts to_message(const std::vector<model::Impact>& impacts, double time, const
   return m;
 }
 
-PileUp to_message(const Heap& heap, double time, const std_msgs::Header& header, std::uint32_t run_id) {
+PileUp to_message(const scene::Heap& heap, double time, const std_msgs::Header& header, std::uint32_t run_id) {
   PileUp m;
   m.header = header;
   m.run_id = run_id;
   m.time = time;
   m.pose.position.x = heap.x;
   m.pose.position.y = heap.y;
+  m.pose.position.z = heap.z;
   m.pose.orientation.z = std::sin(0.5 * heap.yaw);
   m.pose.orientation.w = std::cos(0.5 * heap.yaw);
   m.length = heap.length;
@@ -176,7 +177,7 @@ Inputs to_message(const inputs::Scenario& s, const std::vector<model::Car>& cars
     m.train_mass += car.mass;
     m.car_length.push_back(car.length);
     m.car_width.push_back(car.width);
-    m.car_height.push_back(kRoofHeight);
+    m.car_height.push_back(car.roof_height);
     m.car_body.push_back(car.body);
   }
   m.speed = s.initial.speed;
@@ -200,15 +201,15 @@ Inputs to_message(const inputs::Scenario& s, const std::vector<model::Car>& cars
   return m;
 }
 
-static_assert(int{kCarPastPod} == int{Event::CAR_PAST_POD});
-static_assert(int{kCarOffTrack} == int{Event::CAR_OFF_TRACK});
-static_assert(int{kContact} == int{Event::CONTACT});
-static_assert(int{kCouplerPeak} == int{Event::COUPLER_PEAK});
-static_assert(int{kEnd} == int{Event::END});
-static_assert(int{kCarDerailed} == int{Event::CAR_DERAILED});
-static_assert(int{kCouplerBroken} == int{Event::COUPLER_BROKEN});
+static_assert(int{scene::kCarPastPod} == int{Event::CAR_PAST_POD});
+static_assert(int{scene::kCarOffTrack} == int{Event::CAR_OFF_TRACK});
+static_assert(int{scene::kContact} == int{Event::CONTACT});
+static_assert(int{scene::kCouplerPeak} == int{Event::COUPLER_PEAK});
+static_assert(int{scene::kEnd} == int{Event::END});
+static_assert(int{scene::kCarDerailed} == int{Event::CAR_DERAILED});
+static_assert(int{scene::kCouplerBroken} == int{Event::COUPLER_BROKEN});
 
-Event to_message(const Occurrence& o, const std_msgs::Header& header, std::uint32_t run_id) {
+Event to_message(const scene::Occurrence& o, const std_msgs::Header& header, std::uint32_t run_id) {
   Event m;
   m.header = header;
   m.run_id = run_id;
@@ -269,7 +270,7 @@ outcome::Outcome from_message(const Outcome& message) {
   return read<outcome::Outcome>(message, outcome::outcome_fields());
 }
 
-Occurrence from_message(const Event& message) {
+scene::Occurrence from_message(const Event& message) {
   return {message.type,
           message.time,
           static_cast<int>(message.car),

@@ -100,7 +100,7 @@ Recording::Recording(const std::string& path, std::uint32_t run_id) {
     }
   }
   if (touches_.empty()) {
-    for (const Sent<Occurrence>& e : events_) {
+    for (const Sent<scene::Occurrence>& e : events_) {
       if (e.content.type != Event::CONTACT) continue;
       const auto now = std::lower_bound(moments_.begin(), moments_.end() - 1, e.content.time,
                                         [](const simulation::Snapshot& s, double t) { return s.time < t; });
@@ -134,8 +134,9 @@ const std::vector<model::Impact>& Recording::impacts() const {
   return sent == nullptr ? kNone : sent->content;
 }
 
-std::vector<Occurrence> Recording::take_events(const simulation::Snapshot& now, const outcome::Outcome& /*outcome*/) {
-  std::vector<Occurrence> taken;
+std::vector<scene::Occurrence> Recording::take_events(const simulation::Snapshot& now,
+                                                      const outcome::Outcome& /*outcome*/) {
+  std::vector<scene::Occurrence> taken;
   for (; events_taken_ < events_.size() && (ended() || events_[events_taken_].time <= now.time + kRounding);
        ++events_taken_) {
     taken.push_back(events_[events_taken_].content);

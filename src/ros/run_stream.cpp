@@ -103,7 +103,7 @@ void RunStream::send_moment(const RunView& run) {
     if (last_.time - touch->time >= scene_->flash_time()) break;
     touches_.push_back(*touch);
   }
-  heap_ = find_heap(run.cars(), last_.cars);
+  heap_ = scene::find_heap(run.cars(), last_.cars);
   pile_up_.update(heap_, last_.time);
   rosgraph_msgs::Clock clock;
   clock.clock = h.stamp;
@@ -129,7 +129,7 @@ void RunStream::send_grid_point(RunView& run, const outcome::Outcome& outcome) {
 }
 
 void RunStream::send_events(RunView& run, const outcome::Outcome& outcome) {
-  for (const Occurrence& occurrence : run.take_events(last_, outcome)) {
+  for (const scene::Occurrence& occurrence : run.take_events(last_, outcome)) {
     send<EventsTopic>(to_message(occurrence, header(), run_id_));
   }
 }

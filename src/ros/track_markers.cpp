@@ -7,6 +7,8 @@
 
 namespace train_derail::ros_face {
 
+using namespace scene;
+
 using visualization_msgs::Marker;
 
 visualization_msgs::MarkerArray track_markers(const inputs::Scenario& scenario, const std::vector<model::Car>& cars,

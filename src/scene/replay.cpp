@@ -13,6 +13,8 @@
 #include "train_derail/fields/units.hpp"
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/outcome/fields.hpp"
+#include "train_derail/scene/car_shape.hpp"
+#include "train_derail/scene/heap.hpp"
 #include "train_derail/scene/marks.hpp"
 #include "train_derail/scene/track_picture.hpp"
 #include "train_derail/simulation/fields.hpp"
@@ -47,7 +49,14 @@ constexpr Kept kOfCars[] = {{"x", kCentimetre},
 constexpr Kept kOfCouplers[] = {
     {"axial_force", 1000.0}, {"buff_peak", 1000.0}, {"draft_peak", 1000.0}, {"gap", 0.001}, {"broken", 1.0}};
 constexpr std::size_t kCarChannels = std::size(kOfCars), kCouplerChannels = std::size(kOfCouplers);
-constexpr std::size_t kLookChannel = kCarChannels + kCouplerChannels, kChannels = kLookChannel + 1;
+constexpr std::size_t kHeightChannel = 2;
+/// One number a moment: a Heap.
+constexpr std::pair<const char*, double> kOfHeap[] = {{"x", kCentimetre},      {"y", kCentimetre},
+                                                      {"z", kCentimetre},      {"yaw", kAngleStep},
+                                                      {"length", kCentimetre}, {"width", kCentimetre}};
+constexpr std::size_t kHeapChannels = std::size(kOfHeap);
+constexpr std::size_t kLookChannel = kCarChannels + kCouplerChannels, kLieChannel = kLookChannel + 1,
+                      kFirstHeapChannel = kLieChannel + 1, kChannels = kFirstHeapChannel + kHeapChannels;
 
 /// Those of kOfCouplers whose largest value counts where moments are put together.
 bool is_peak(std::size_t coupler_channel) {
@@ -112,9 +121,45 @@ ordered_json of_outcome(const outcome::Outcome& outcome) {
   return rows;
 }
 
-/// What kinds of events are called, by EventType.
-constexpr const char* kEventNames[] = {"",    "past the point", "off the track", "cars touch", "peak coupler force",
-                                       "end", "car derailed",   "coupler broken"};
+ordered_json of_line(const Line& line) {
+  ordered_json dash = ordered_json::array();
+  if (line.dash > 0) dash = {line.dash, line.gap};
+  return {{"colour", of_colour(line.colour)}, {"dash", dash}};
+}
+
+template <std::size_t n>
+ordered_json of_looks(const std::array<LookFacts, n>& looks) {
+  ordered_json list = ordered_json::array();
+  for (const LookFacts& look : looks)
+    list.push_back({{"words", look.words}, {"colour", of_colour(look.colour)}, {"bars", look.bars}});
+  return list;
+}
+
+/// Sizes and colours of whatever is not a car, a force or the ground.
+ordered_json of_marks() {
+  ordered_json outline = ordered_json::array();
+  for (const auto& [along, across] : kArrowOutline) outline.push_back({along, across});
+  return {{"ink", of_colour(kInk)},
+          {"star", of_colour(kStarRim)},
+          {"star_rays", kStarRays},
+          {"star_inner", kStarInner},
+          {"star_fade", kStarFade},
+          {"broken", of_colour(kBrokenColour)},
+          {"broken_end", kBrokenEnd},
+          {"plate", {kPlateLength, kPlateWidth}},
+          {"bar_width", kBarWidth},
+          {"bar_spacing", kBarSpacing},
+          {"arrow", {kArrowLengthMin, kArrowLengthStep, kArrowWidth, kArrowHeight}},
+          {"arrow_outline", outline},
+          {"drawbar", {2.0 * kDrawbar, kDrawbarThickness}},
+          {"drawbar_height", kDrawbarHeight},
+          {"layers", kLayers},
+          {"layer_step", kLayerStep},
+          {"flash", kFlashTime},
+          {"now", of_colour(kNow)},
+          {"chosen", of_colour(kChosen)},
+          {"sky", of_colour(kSky)}};
+}
 
 }  // namespace
 
@@ -156,13 +201,18 @@ void Replay::append(const simulation::Snapshot& now) {
   for (const auto& car : now.cars)
     channels_[kLookChannel].push_back(
         static_cast<std::int32_t>(look_of(yield, car.past_pod, car.off_track, car.cause)));
+  for (const auto& car : now.cars) channels_[kLieChannel].push_back(static_cast<std::int32_t>(lie_of(car.tilt())));
+  const Heap heap = find_heap(cars_, now.cars);
+  const double of_heap[] = {heap.x, heap.y, heap.z, heap.yaw, heap.length, heap.width};
+  for (std::size_t k = 0; k < kHeapChannels; ++k)
+    channels_[kFirstHeapChannel + k].push_back(steps(of_heap[k], kOfHeap[k].second));
 }
 
 void Replay::thin() {
   const std::size_t before = times_.size();
   for (std::size_t k = 0; k < kChannels; ++k) {
     const bool of_couplers = k >= kCarChannels && k < kLookChannel;
-    const std::size_t width = of_couplers ? cars_.size() - 1 : cars_.size();
+    const std::size_t width = k >= kFirstHeapChannel ? 1 : of_couplers ? cars_.size() - 1 : cars_.size();
     const bool peak = of_couplers && is_peak(k - kCarChannels);
     std::vector<std::int32_t>& all = channels_[k];
     for (std::size_t from = 0, to = 0; from < before; from += 2, ++to) {
@@ -192,12 +242,15 @@ std::string Replay::document(const std::string& title, const outcome::Outcome& o
   j["outcome"] = of_outcome(outcome);
   j["warnings"] = outcome.warnings;
   j["fields"] = {{"cars", described(simulation::car_fields(), kOfCars)},
-                 {"couplers", described(simulation::coupler_fields(), kOfCouplers)}};
+                 {"couplers", described(simulation::coupler_fields(), kOfCouplers)},
+                 {"heap", ordered_json::array()}};
+  for (const auto& [name, step] : kOfHeap) j["fields"]["heap"].push_back({{"name", name}, {"step", step}});
 
   std::vector<const model::Car*> kinds;
   ordered_json shapes = ordered_json::array(), cars = ordered_json::array();
   const auto looks_like = [](const model::Car& a, const model::Car& b) {
-    return a.body == b.body && a.length == b.length && a.width == b.width && a.truck_spacing == b.truck_spacing;
+    return a.body == b.body && a.length == b.length && a.width == b.width && a.truck_spacing == b.truck_spacing &&
+           a.floor_height == b.floor_height && a.roof_height == b.roof_height;
   };
   for (const model::Car& car : cars_) {
     const auto known =
@@ -206,6 +259,8 @@ std::string Replay::document(const std::string& title, const outcome::Outcome& o
                     {"shape", known - kinds.begin()},
                     {"length", car.length},
                     {"width", car.width},
+                    {"roof", car.roof_height},
+                    {"above", above_roof(car)},
                     {"weight", car.weight},
                     {"centre_height", car.centre_height}});
     if (known != kinds.end()) continue;
@@ -229,31 +284,24 @@ std::string Replay::document(const std::string& title, const outcome::Outcome& o
        {std::pair(&track.ground, kGround), std::pair(&track.ballast, kBallast), std::pair(&track.ties, kTie),
         std::pair(&track.rails, kRail), std::pair(&track.ruler, kRuler), std::pair(&track.pod, kPod)})
     t["parts"].push_back({{"colour", of_colour(colour)}, {"points", flat(*points)}});
+  t["north"] = track.north ? ordered_json{track.north->x, track.north->y} : ordered_json();
   t["pod_name"] = {track.pod_name.x, track.pod_name.y, track.pod_name.z};
 
-  for (const LookFacts& look : kLookFacts)
-    j["looks"].push_back({{"words", look.words}, {"colour", of_colour(look.colour)}, {"bars", look.bars}});
+  j["looks"] = of_looks(kLookFacts);
+  j["lies"] = of_looks(kLieFacts);
   j["forces"]["steps"] = kForceSteps;
   for (int k = -kForceClasses; k <= kForceClasses; ++k) j["forces"]["colours"].push_back(of_colour(force_colour(k)));
-  j["marks"] = {{"ink", of_colour(kInk)},
-                {"star", of_colour(kStarRim)},
-                {"broken", of_colour(kBrokenColour)},
-                {"roof", kRoofHeight},
-                {"number_height", kNumberHeight},
-                {"bar_width", kBarWidth},
-                {"bar_spacing", kBarSpacing},
-                {"arrow", {kArrowLengthMin, kArrowLengthStep, kArrowWidth, kArrowHeight}},
-                {"drawbar", kDrawbar},
-                {"drawbar_height", kDrawbarHeight},
-                {"layers", kLayers},
-                {"layer_step", kLayerStep},
-                {"above", kAboveRoofs},
-                {"flash", kFlashTime}};
+  j["marks"] = of_marks();
 
+  j["lines"] = {{"buff", of_line(kBuffLine)},
+                {"draft", of_line(kDraftLine)},
+                {"first", of_line(kFirstLine)},
+                {"second", of_line(kSecondLine)}};
+  for (const EventFacts& kind : kEventFacts) j["event_colours"][kind.name] = of_colour(kind.colour);
   j["events"] = ordered_json::array();
   for (const Occurrence& e : events_) {
     j["events"].push_back({{"time", e.time},
-                           {"kind", kEventNames[e.type]},
+                           {"kind", kEventFacts[static_cast<std::size_t>(e.type)].name},
                            {"car", e.car},
                            {"other", e.other_car},
                            {"coupler", e.coupler},
@@ -261,8 +309,14 @@ std::string Replay::document(const std::string& title, const outcome::Outcome& o
   }
   j["touches"] = ordered_json::array();
   for (const outcome::FirstTouch& f : touches) {
+    const auto later = std::lower_bound(whole.times_.begin(), whole.times_.end(), f.time);
+    const auto moment =
+        std::min<std::size_t>(static_cast<std::size_t>(later - whole.times_.begin()), whole.times_.size() - 1);
+    const std::vector<std::int32_t>& heights = whole.channels_[kHeightChannel];
+    const double z =
+        kCentimetre * heights[moment * cars_.size() + static_cast<std::size_t>(f.car_a) - 1] + above_roofs(cars_);
     j["touches"].push_back(
-        {{"time", f.time}, {"x", f.x}, {"y", f.y}, {"speed", f.speed}, {"radius", star_radius(f.speed)}});
+        {{"time", f.time}, {"x", f.x}, {"y", f.y}, {"z", z}, {"speed", f.speed}, {"radius", star_radius(f.speed)}});
   }
   j["times"] = whole.times_;
 

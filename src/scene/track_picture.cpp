@@ -7,6 +7,7 @@
 
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
+#include "train_derail/model/track_profile.hpp"
 #include "train_derail/scene/painted_text.hpp"
 
 namespace train_derail::scene {
@@ -27,9 +28,15 @@ constexpr double kRulerAhead = 400.0;
 constexpr double kFoot = 0.3048;
 constexpr double kPodWidth = 0.6, kPodHeight = kRailHeight + 0.05;
 
-/// Arc lengths from rear to front between which the track may be drawn straight.
-std::vector<double> stations(const std::vector<inputs::Curve>& curves, double rear, double front) {
+/// Arc lengths from rear to front between which the track may be drawn straight. Hills are drawn in short pieces.
+std::vector<double> stations(const std::vector<inputs::Curve>& curves, bool hilly, double rear, double front) {
   std::vector<double> all{rear};
+  if (hilly) {
+    const double pieces = std::ceil((front - rear) / kTrackPiece);
+    for (double i = 1.0; i < pieces; ++i) all.push_back(rear + (front - rear) * i / pieces);
+    all.push_back(front);
+    return all;
+  }
   for (const inputs::Curve& curve : curves) {
     const int pieces = std::max(1, static_cast<int>(std::ceil(curve.length / kTrackPiece)));
     for (int i = 0; i <= pieces; ++i) {
@@ -47,9 +54,11 @@ Point beside(const model::Track::Node& node, double along, double left, double z
                     node.point.y() + along * node.tangent.y() + left * node.tangent.x(), z);
 }
 
-/// The ground across the track. Heights here are above the ballast, or the crown where no ballast stands out.
+/// The ground across the track. Heights here are above the ballast, or the crown where no ballast stands out, at the
+/// point of derailment.
 struct Ground {
-  explicit Ground(const inputs::Terrain& t) : terrain(t) {
+  explicit Ground(const inputs::Scenario& scenario) : terrain(scenario.terrain), profile(scenario) {
+    const inputs::Terrain& t = terrain;
     if (t.ballast_height > 0.0) {
       ballast_top = t.ballast_half_width;
       ballast_foot = ballast_top + t.ballast_height / t.ballast_slope;
@@ -61,7 +70,14 @@ struct Ground {
     }
     std::sort(bends.begin(), bends.end());
   }
-  double height(double left) const { return model::ground_height(terrain, left).z + terrain.rail_height; }
+  double height(double s, double left) const {
+    return profile.at(s).bed + model::ground_height(terrain, left).z + terrain.rail_height;
+  }
+  /// Of the plane that both rails lie on; no lower than the bed, which the ballast is not to sink into.
+  double bank(double s, double left) const {
+    const model::TrackProfile::Place place = profile.at(s);
+    return std::max(place.bed, place.height + place.tilt * left);
+  }
   /// Offsets from `right` to `left` between which the ground is straight.
   std::vector<double> between(double right, double left) const {
     std::vector<double> all{right};
@@ -71,30 +87,41 @@ struct Ground {
     all.push_back(left);
     return all;
   }
-  bool level() const { return bends.empty(); }
+  bool level() const { return bends.empty() && profile.flat(); }
 
   inputs::Terrain terrain;
+  model::TrackProfile profile;
   double ballast_top = kBallastTop, ballast_foot = kBallastFoot;  // offsets where its sides begin and end
   std::vector<double> bends;                                      // offsets, left positive, rising
 };
 
-/// A strip across the track from `right` to `left`, `z` above the ground.
-void add_across(Points& points, const Ground& ground, const model::Track::Node& at, double right, double left,
-                double width, double z) {
+/// A strip across the track at `s` from `right` to `left`, `z` above the ground, or above the plane of the rails.
+void add_across(Points& points, const Ground& ground, const model::Track& track, double s, double right, double left,
+                double width, double z, bool banked = false) {
+  const model::Track::Node at = track.at(s);
   const double half = 0.5 * width;
   const std::vector<double> offsets = ground.between(right, left);
   for (std::size_t i = 0; i + 1 < offsets.size(); ++i) {
-    const double a = offsets[i], b = offsets[i + 1], z_a = z + ground.height(a), z_b = z + ground.height(b);
+    const double a = offsets[i], b = offsets[i + 1], z_a = z + (banked ? ground.bank(s, a) : ground.height(s, a)),
+                 z_b = z + (banked ? ground.bank(s, b) : ground.height(s, b));
     add_quad(points, beside(at, -half, a, z_a), beside(at, half, a, z_a), beside(at, half, b, z_b),
              beside(at, -half, b, z_b));
   }
 }
 
-/// A strip along the track between two offsets.
-void add_strip(Points& points, const model::Track::Node& from, const model::Track::Node& to, double right, double left,
-               double z_right, double z_left) {
-  add_quad(points, beside(from, 0.0, right, z_right), beside(to, 0.0, right, z_right), beside(to, 0.0, left, z_left),
-           beside(from, 0.0, left, z_left));
+/// A place of the track.
+struct Station {
+  double s;
+  model::Track::Node node;
+};
+
+/// A strip along the track between two offsets. `height(s, left)` is that of its edges.
+template <class Height>
+void add_strip(Points& points, const Station& from, const Station& to, double right, double left, Height height) {
+  const auto corner = [&](const Station& at, double offset) {
+    return beside(at.node, 0.0, offset, height(at.s, offset));
+  };
+  add_quad(points, corner(from, right), corner(to, right), corner(to, left), corner(from, left));
 }
 
 /// Lines across the ground on one side, each with its distance from the point of derailment.
@@ -104,21 +131,22 @@ void add_ruler(Points& points, const Ground& ground, const model::Track& track, 
   const int first = static_cast<int>(std::ceil(rear / (unit * step))),
             last = static_cast<int>(std::floor(front / (unit * step)));
   for (int i = first; i <= last; ++i) {
-    const model::Track::Node at = track.at(i * unit * step);
+    const double s = i * unit * step;
+    const model::Track::Node at = track.at(s);
     const double inner = side * ground.ballast_foot, outer = side * kRulerReach;
-    add_across(points, ground, at, std::min(inner, outer), std::max(inner, outer), kRulerWidth, kRulerHeight);
+    add_across(points, ground, track, s, std::min(inner, outer), std::max(inner, outer), kRulerWidth, kRulerHeight);
     Points text;
     paint_text(text, fmt::format("{} {}", i * step, name), kRulerText, kRulerHeight);
     for (const Point& p : text) {
       const double left_of = p.y + side * (kRulerReach + kRulerText);
-      points.push_back(beside(at, p.x, left_of, p.z + ground.height(left_of)));
+      points.push_back(beside(at, p.x, left_of, p.z + ground.height(s, left_of)));
     }
   }
 }
 
-/// Level ground as far as one sees, or banks along the track as far as they are not too far from it.
-void add_ground(Points& points, const Ground& ground, const model::Track& track, const std::vector<double>& stations) {
-  const double rear = stations.front(), front = stations.back();
+/// Level ground as far as one sees, or what lies along the track as far as it is not too far from it.
+void add_ground(Points& points, const Ground& ground, const model::Track& track, std::vector<Station> stations) {
+  const double rear = stations.front().s, front = stations.back().s;
   if (ground.level()) {
     add_quad(points, make_point(rear - kGroundBeyond, -kGroundBeyond, 0.0),
              make_point(front + kGroundBeyond, -kGroundBeyond, 0.0),
@@ -126,17 +154,15 @@ void add_ground(Points& points, const Ground& ground, const model::Track& track,
              make_point(rear - kGroundBeyond, kGroundBeyond, 0.0));
     return;
   }
-  const double reach = std::max(track.straight() ? kGroundBeyond : kGroundBesideCurve,
-                                std::max(-ground.bends.front(), ground.bends.back()) + kRulerReach);
+  const double banks = ground.bends.empty() ? 0.0 : std::max(-ground.bends.front(), ground.bends.back());
+  const double reach = std::max(track.straight() ? kGroundBeyond : kGroundBesideCurve, banks + kRulerReach);
   const std::vector<double> offsets = ground.between(-reach, reach);
-  std::vector<model::Track::Node> nodes;
-  for (const double s : stations) nodes.push_back(track.at(s));
-  nodes.front().point -= kGroundBeyond * nodes.front().tangent;
-  nodes.back().point += kGroundBeyond * nodes.back().tangent;
-  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+  stations.front().node.point -= kGroundBeyond * stations.front().node.tangent;
+  stations.back().node.point += kGroundBeyond * stations.back().node.tangent;
+  for (std::size_t i = 0; i + 1 < stations.size(); ++i) {
     for (std::size_t j = 0; j + 1 < offsets.size(); ++j) {
-      add_strip(points, nodes[i], nodes[i + 1], offsets[j], offsets[j + 1], ground.height(offsets[j]),
-                ground.height(offsets[j + 1]));
+      add_strip(points, stations[i], stations[i + 1], offsets[j], offsets[j + 1],
+                [&](double s, double left) { return ground.height(s, left); });
     }
   }
 }
@@ -155,34 +181,45 @@ TrackPicture track_picture(const inputs::Scenario& scenario, const std::vector<m
   const model::Track track(scenario, rear, front);
 
   TrackPicture t;
-  const Ground terrain(scenario.terrain);
-  const std::vector<double> s = stations(scenario.track.curves, rear, front);
-  add_ground(t.ground, terrain, track, s);
-  for (std::size_t i = 0; i + 1 < s.size(); ++i) {
-    const model::Track::Node from = track.at(s[i]), to = track.at(s[i + 1]);
-    const double top = terrain.ballast_top, foot = terrain.ballast_foot;
-    add_strip(t.ballast, from, to, -foot, -top, terrain.height(-foot), kBallastHeight);
-    add_strip(t.ballast, from, to, -top, top, kBallastHeight, kBallastHeight);
-    add_strip(t.ballast, from, to, top, foot, kBallastHeight, terrain.height(foot));
+  const Ground ground(scenario);
+  std::vector<Station> places;
+  for (const double s : stations(scenario.track.curves, !ground.profile.flat(), rear, front))
+    places.push_back({s, track.at(s)});
+  add_ground(t.ground, ground, track, places);
+  const auto on_ground = [&](double s, double left) { return ground.height(s, left); };
+  const auto above_rails = [&](double z) {
+    return [&ground, z](double s, double left) { return z + ground.bank(s, left); };
+  };
+  for (std::size_t i = 0; i + 1 < places.size(); ++i) {
+    const Station &from = places[i], &to = places[i + 1];
+    const double top = ground.ballast_top, foot = ground.ballast_foot;
+    const auto shoulder = [&](double s, double left) {
+      return std::abs(left) > top ? on_ground(s, left) : kBallastHeight + ground.bank(s, left);
+    };
+    add_strip(t.ballast, from, to, -foot, -top, shoulder);
+    add_strip(t.ballast, from, to, -top, top, above_rails(kBallastHeight));
+    add_strip(t.ballast, from, to, top, foot, shoulder);
     for (const double left : {-0.5 * kGauge, 0.5 * kGauge}) {
-      add_strip(t.rails, from, to, left - 0.5 * kRailWidth, left + 0.5 * kRailWidth, kRailHeight, kRailHeight);
+      add_strip(t.rails, from, to, left - 0.5 * kRailWidth, left + 0.5 * kRailWidth, above_rails(kRailHeight));
     }
   }
   for (int i = static_cast<int>(-kTiesBehind / kTieSpacing); i * kTieSpacing <= kTiesAhead; ++i) {
     const double at = i * kTieSpacing;
     if (at < rear || at > front) continue;
-    add_across(t.ties, terrain, track.at(at), -0.5 * kTieLength, 0.5 * kTieLength, kTieWidth, kTieHeight);
+    add_across(t.ties, ground, track, at, -0.5 * kTieLength, 0.5 * kTieLength, kTieWidth, kTieHeight, true);
   }
   const double ruler_front = std::min(front, kRulerAhead);
-  add_ruler(t.ruler, terrain, track, rear, ruler_front, 1.0, 50, true, "m");
-  add_ruler(t.ruler, terrain, track, rear, ruler_front, kFoot, 100, false, "ft");
+  add_ruler(t.ruler, ground, track, rear, ruler_front, 1.0, 50, true, "m");
+  add_ruler(t.ruler, ground, track, rear, ruler_front, kFoot, 100, false, "ft");
   const model::Track::Node origin = track.at(0.0);
-  add_across(t.pod, terrain, origin, -kRulerReach, kRulerReach, kPodWidth, kPodHeight);
+  add_across(t.pod, ground, track, 0.0, -kRulerReach, kRulerReach, kPodWidth, kPodHeight);
   // Beyond the numbers of the ruler.
   t.pod_name = beside(origin, 0.0, -kRulerReach - 3.0 * kRulerText, 0.5 * kPodTextHeight);
 
   // In space the top of the rails is at height 0; models of the plane leave the ground there.
   if (inputs::model_of(scenario) == inputs::Model::spatial) t.height = -scenario.terrain.rail_height;
+  if (const std::optional<double> heading = scenario.track.heading)
+    t.north = make_point(std::cos(*heading), std::sin(*heading), 0.0);
   return t;
 }
 

@@ -89,6 +89,23 @@ TEST(House, TheCoreKnowsNoRosAndHeadersNoSolver) {
   EXPECT_GT(core, 300);
 }
 
+// Whoever includes a header is not to get all names of another namespace with it.
+TEST(House, HeadersDoNotOpenNamespaces) {
+  const fs::path root = TRAIN_DERAIL_SOURCE_DIR;
+  const std::regex opens("^\\s*using namespace\\b");
+  int files = 0;
+  for (const char* tree : {"include/train_derail", "src"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(root / tree)) {
+      if (entry.path().extension() != ".hpp") continue;
+      ++files;
+      std::ifstream file(entry.path());
+      for (std::string line; std::getline(file, line);)
+        EXPECT_FALSE(std::regex_search(line, opens)) << entry.path() << ": " << line;
+    }
+  }
+  EXPECT_GT(files, 100);
+}
+
 // What is in a state is the model's own: others look at observations.
 TEST(House, NobodyOutsideTheModelKnowsTheLayoutOfAState) {
   const fs::path root = TRAIN_DERAIL_SOURCE_DIR;

@@ -481,7 +481,7 @@ TEST(Topics, NamesAreBelowTheNodeOrForAll) {
 
 TEST(PileUpFollower, GoesToTheMiddleOfTheHeap) {
   PileUpFollower follower;
-  Heap heap;
+  scene::Heap heap;
   follower.update(heap, 0.0);
   EXPECT_EQ(follower.x(), 0.0);
   heap.x = 20.0;
@@ -489,59 +489,6 @@ TEST(PileUpFollower, GoesToTheMiddleOfTheHeap) {
   for (int i = 1; i < 500; ++i) follower.update(heap, 0.02 * i);
   EXPECT_NEAR(follower.x(), 20.0, 1e-3);
   EXPECT_NEAR(follower.y(), -3.0, 1e-3);
-}
-
-/// Cars of 20 m that lie along the track with their middles at these places, turned by these angles.
-std::vector<simulation::CarSnapshot> cars_at(const std::vector<std::pair<double, double>>& places) {
-  std::vector<simulation::CarSnapshot> cars;
-  for (const auto& [s, yaw] : places) {
-    simulation::CarSnapshot& c = cars.emplace_back();
-    c.x = s;
-    c.theta = yaw;
-    c.front_truck = {s + 7.0 * std::cos(yaw), 7.0 * std::sin(yaw), 0.0, 0.0};
-    c.rear_truck = {s - 7.0 * std::cos(yaw), -7.0 * std::sin(yaw), 0.0, 0.0};
-  }
-  return cars;
-}
-const model::Car kCar{"car", 6e4, 6e5, 1e6, 20.0, 14.0, 3.0};
-
-TEST(Heap, IsTheLargestGroupOfTurnedCars) {
-  // Three far ahead in line, four turned ones, two turned ones far behind, one on the rails.
-  std::vector<simulation::CarSnapshot> now = cars_at(
-      {{300, 0}, {279, 0}, {258, 0}, {40, 1.2}, {30, -1.2}, {22, 1.3}, {10, -1.0}, {-60, 1.0}, {-70, -1.0}, {-100, 0}});
-  for (std::size_t i = 0; i < 9; ++i) now[i].derailed = true;
-  const std::vector<model::Car> cars(now.size(), kCar);
-  const Heap heap = find_heap(cars, now);
-  EXPECT_EQ(heap.first_car, 4);
-  EXPECT_EQ(heap.last_car, 7);
-  EXPECT_GT(heap.x, 10.0);
-  EXPECT_LT(heap.x, 40.0);
-  EXPECT_NEAR(heap.yaw, 0.0, 1e-9);
-  for (std::size_t i = 3; i < 7; ++i) {  // every corner is in it
-    for (const double u : {-10.0, 10.0}) {
-      for (const double v : {-1.5, 1.5}) {
-        const double x = now[i].x + u * std::cos(now[i].theta) - v * std::sin(now[i].theta);
-        const double y = now[i].y + u * std::sin(now[i].theta) + v * std::cos(now[i].theta);
-        EXPECT_LE(std::abs(x - heap.x), 0.5 * heap.length + 1e-9);
-        EXPECT_LE(std::abs(y - heap.y), 0.5 * heap.width + 1e-9);
-      }
-    }
-  }
-}
-
-TEST(Heap, IsTheDerailedCarsBeforeThereIsOneAndTheFirstCarsBeforeThat) {
-  std::vector<simulation::CarSnapshot> now = cars_at({{20, 0}, {-1, 0}, {-22, 0}, {-43, 0}, {-64, 0}});
-  const std::vector<model::Car> cars(now.size(), kCar);
-  Heap heap = find_heap(cars, now);
-  EXPECT_EQ(heap.first_car, 1);
-  EXPECT_EQ(heap.last_car, 3) << "the first cars, near the point";
-  EXPECT_NEAR(heap.x, -1.0, 1e-9);
-  EXPECT_NEAR(heap.length, 62.0, 1e-9);
-  EXPECT_NEAR(heap.width, 3.0, 1e-9);
-  now[0].derailed = now[1].derailed = true;
-  heap = find_heap(cars, now);
-  EXPECT_EQ(heap.last_car, 2);
-  EXPECT_NEAR(heap.length, 41.0, 1e-9);
 }
 
 TEST(RunHistory, KeepsEveryMomentWithinItsMemoryAndThinsOutBeyond) {

@@ -4,13 +4,21 @@
   test_replay_page.py path/to/derail
 """
 
+import base64
 import csv
+import json
 import math
 import os
+import struct
+import subprocess
 import tempfile
+import zlib
 
+import numpy as np
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions import interaction
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
@@ -30,6 +38,27 @@ initial: {speed: 25 mph, yaw_rate: 0.3}
 stop: {time_max: 12 s}
 solver: {method: semi_implicit, fixed_step: 0.002}
 """ % HOSTILE.replace("'", "''")
+
+
+MAKE_PAGE = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..', '..', 'scripts', 'make_page.py')
+
+
+def run_in(page):
+    """The document that the only run of a page was made from: what packed_run of derail_pages/page.py does, backwards."""
+    with open(page, encoding='utf-8') as file:
+        packed = file.read().split('class="run">')[1].split('</script>')[0]
+    data = zlib.decompress(base64.b64decode(packed))
+    size = struct.unpack('<I', data[:4])[0]
+    run = json.loads(data[4:4 + size])
+    n, moments, fields, at = len(run['cars']), len(run['times']), run['fields'], 4 + size
+    run['channels'] = []
+    for width in [n] * len(fields['cars']) + [n - 1] * len(fields['couplers']) + [n, n] + [1] * len(fields['heap']):
+        folded = np.frombuffer(data, np.uint8, 4 * moments * width, at).reshape(4, -1).T.copy().view('<u4').astype(np.int64)
+        at += 4 * moments * width
+        steps = (folded >> 1) ^ -(folded & 1)
+        run['channels'].append(np.cumsum(steps.reshape(moments, width), axis=0).ravel().tolist())
+    assert at == len(data)
+    return run
 
 
 class ReplayPageTest(PlotTest):
@@ -138,6 +167,66 @@ class ReplayPageTest(PlotTest):
         self.press(Keys.END)
         self.assertEqual(self.time(), self.js('replay.end'))
 
+    def test_keys_belong_to_what_has_the_focus(self):
+        self.press(Keys.HOME)
+        car = self.browser.find_element(By.ID, 'car')
+        car.send_keys('3')
+        car.send_keys('n', 'a', ' ', '.')  # no number, no key of the page
+        self.assertEqual(self.time(), 0)
+        self.assertFalse(self.js('replay.playing'))
+        self.assertEqual(self.js('replay.view'), 'wreck')
+        car.send_keys(Keys.ENTER)
+        self.assertEqual(self.js('replay.picked'), 2)
+        slider = self.browser.find_element(By.ID, 'time')
+        slider.send_keys(Keys.END)  # its own: once
+        self.assertEqual(self.time(), self.js('replay.end'))
+        slider.send_keys(Keys.HOME)
+        self.assertEqual(self.time(), 0)
+        slider.send_keys('a')  # none of its own
+        self.assertEqual(self.js('replay.view'), 'above')
+        summary = self.browser.find_element(By.CSS_SELECTOR, '#replay summary')
+        summary.send_keys(Keys.ENTER)
+        summary.send_keys(' ')
+        self.assertFalse(self.js('replay.playing'))
+        self.assertFalse(self.js('document.querySelector("#replay details").open'), 'twice')
+        train = self.browser.find_element(By.CSS_SELECTOR, '[data-view=train]')
+        train.send_keys(' ')
+        self.assertEqual(self.js('replay.view'), 'train')
+        self.assertFalse(self.js('replay.playing'))
+        self.browser.find_element(By.ID, 'play').send_keys(' ')
+        self.assertTrue(self.js('replay.playing'), 'once, not twice')
+        self.browser.find_element(By.ID, 'play').send_keys(' ')
+        self.assertFalse(self.js('replay.playing'))
+
+    def test_every_stop_of_the_tab_key_has_a_name_and_does_something(self):
+        stops = self.js('''[...document.querySelectorAll('a[href],button,select,input,summary,[tabindex="0"]')]
+          .filter(e => e.offsetParent !== null).map(e => [e.tagName, e.id,
+            (e.getAttribute('aria-label') || e.textContent || (e.labels && e.labels[0] ? e.labels[0].textContent : '')).trim()])''')
+        self.assertGreater(len(stops), 10)
+        for tag, name, words in stops:
+            self.assertTrue(words or (tag == 'TH'), (tag, name))
+            self.assertTrue(tag != 'CANVAS' or name in ('along', 'largest', 'over-time'), (tag, name))
+        chart = self.browser.find_element(By.ID, 'along')
+        chart.send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
+        self.assertIn('coupler 2 at', self.browser.find_element(By.ID, 'along-readout').text)
+        chart.send_keys(Keys.ENTER)
+        self.assertEqual(self.js('replay.picked'), 1)
+
+    def test_between_two_moments_a_car_turns_the_short_way(self):
+        half = [math.radians(5.0), math.radians(10.0)]
+        first, last = (math.sin(half[0]), math.cos(half[0])), (-math.sin(half[1]), -math.cos(half[1]))  # 10 and 20 degrees
+        theta = self.js('''((first, last) => {
+          const run = Object.assign(new Run(), {times: [0, 1], count: 1, cars: [{centre_height: 0}], car: {}});
+          const channel = values => ({step: 1 / 4096, width: 1, values: Int32Array.from(values, v => Math.round(4096 * v))});
+          for (const name of ['x', 'y', 'z', 'qx', 'qy']) run.car[name] = channel([0, 0]);
+          run.car.qz = channel([first[0], last[0]]);
+          run.car.qw = channel([first[1], last[1]]);
+          run.turnShort();
+          const {q} = run.pose(run.moment(0.5), 0, {p: new THREE.Vector3(), q: new THREE.Quaternion()});
+          return 2 * Math.atan2(q.z, q.w);
+        })(arguments[0], arguments[1])''', first, last)
+        self.assertAlmostEqual(math.degrees(theta), 15.0, delta=0.1)
+
     def test_plays_and_pauses(self):
         self.click('#play')  # at the end: from the start
         wait(self.browser, 'return replay.time > 0.2 && replay.time < replay.end')
@@ -172,6 +261,113 @@ class ReplayPageTest(PlotTest):
         chart = self.browser.find_element(By.ID, 'over-time')
         ActionChains(self.browser).move_to_element(chart).perform()
         self.assertRegex(self.browser.find_element(By.ID, 'over-time-readout').text, r's; coupler \d+: .*kip.*kN')
+
+    def test_numbers_on_roofs_are_those_of_the_cars(self):
+        # Cars that the camera does not see are left out; the others keep their numbers.
+        self.js('replay.setView("follow")')
+        self.js('replay.pick(8, 0)')
+        wait(self.browser, 'return replay.asleep')
+        for near in (False, True):
+            drawn = self.js('''(near => {
+              const s = replay.scenes[0];
+              if (near) s.camera.position.copy(s.controls.target).add(new THREE.Vector3(-2, -14, 9));
+              s.controls.update(); s.dirty = true; s.render();
+              const matrix = new THREE.Matrix4(), found = [];
+              for (let k = 0; k < s.numbers.used; ++k) {
+                s.numbers.mesh.getMatrixAt(k, matrix);
+                const p = new THREE.Vector3().setFromMatrixPosition(matrix), cell = [s.cell.getX(k), s.cell.getY(k)];
+                const near = s.poses.map((pose, i) => [pose.p.clone().sub(p).length(), i]).sort((a, b) => a[0] - b[0])[0][1];
+                found.push([near, s.cells.findIndex(c => Math.abs(c[0] - cell[0]) + Math.abs(c[1] - cell[1]) < 1e-6)]);
+              }
+              return found;
+            })(arguments[0])''', near)
+            self.assertEqual([a for a, _ in drawn], [b for _, b in drawn])
+        self.assertLess(len(drawn), 10, 'some are out of the picture')
+
+    def test_a_car_is_picked_by_a_finger(self):
+        self.press('a')
+        canvas = self.browser.find_element(By.CSS_SELECTOR, '.scene canvas').rect
+        car, (x, y) = next(
+            (car, (x, y)) for car in range(10) for x, y in [self.js('replay.scenes[0].screenPlace(arguments[0])', car)]
+            if 10 < x - canvas['x'] < canvas['width'] - 10 and 10 < y - canvas['y'] < canvas['height'] - 10)
+        finger = ActionBuilder(self.browser, mouse=PointerInput(interaction.POINTER_TOUCH, 'finger'))
+        finger.pointer_action.move_to_location(round(x), round(y)).pointer_down().pointer_up()
+        finger.perform()
+        self.assertEqual(self.js('replay.picked'), car)
+
+    def test_the_view_that_was_chosen_outlives_a_change_of_size(self):
+        direction = '''(() => { const s = replay.scenes[0], d = s.camera.position.clone().sub(s.controls.target);
+          return [...d.normalize().toArray(), ...s.controls.target.toArray()]; })()'''
+        before = self.js(direction)
+        self.browser.set_window_size(1000, 800)
+        wait(self.browser, 'return replay.scenes[0].canvas.clientWidth < 1000 && replay.asleep')
+        for a, b in zip(self.js(direction), before):  # nobody has turned it: framed anew, from the same direction
+            self.assertAlmostEqual(a, b, places=2)
+        canvas = self.browser.find_element(By.CSS_SELECTOR, '.scene canvas')
+        ActionChains(self.browser).drag_and_drop_by_offset(canvas, 150, 20).perform()
+        wait(self.browser, 'return replay.asleep')
+        turned, place = self.js(direction), self.js('replay.scenes[0].camera.position.toArray()')
+        self.assertGreater(math.dist(turned[:3], before[:3]), 0.1)
+        self.browser.set_window_size(1280, 900)
+        wait(self.browser, 'return replay.scenes[0].canvas.clientWidth > 1000 && replay.asleep')
+        self.assertEqual(self.js('replay.scenes[0].camera.position.toArray()'), place)
+
+    def test_colours_tell_how_cars_lie_on_demand(self):
+        words = '.legend'
+        self.assertIn('derailed', self.browser.find_element(By.CSS_SELECTOR, words).text)
+        self.press('l')
+        text = self.browser.find_element(By.CSS_SELECTOR, words).text
+        self.assertIn('upright', text)
+        self.assertNotIn('derailed', text)
+        self.assertTrue(self.browser.find_element(By.ID, 'lies').is_selected())
+        self.click('#lies')
+        self.assertIn('derailed', self.browser.find_element(By.CSS_SELECTOR, words).text)
+
+    def test_several_runs_stand_side_by_side(self):
+        runs = [run_in(self.page), run_in(self.page)]
+        other = '<i>second</i> & last'
+        runs[0]['caption'], runs[1]['caption'] = 'median', other
+        runs[1]['times'] = [0.5 * t for t in runs[1]['times']]
+        page = self.path('several.html')
+        document = json.dumps({'version': '1.2.3', 'title': 'members of <b>a</b> study', 'runs': runs})
+        with open(page, 'wb') as file:
+            subprocess.run([MAKE_PAGE, 'replay'], input=document.encode(), stdout=file, check=True)
+        open_page(self.browser, page)
+        self.assertEqual(self.browser.find_element(By.TAG_NAME, 'h1').text, 'members of <b>a</b> study')
+        captions = [e.text for e in self.browser.find_elements(By.CSS_SELECTOR, 'figcaption')]
+        self.assertEqual(captions, ['median', other])
+        self.assertEqual(self.js('replay.scenes.length'), 2)
+        self.assertAlmostEqual(self.js('replay.end'), self.js('replay.runs[0].end'))
+        self.assertAlmostEqual(self.js('replay.runs[1].end'), 0.5 * self.js('replay.end'))
+        # A click into a scene makes its run the one that charts and keys are about.
+        second = self.browser.find_elements(By.CSS_SELECTOR, '.scene canvas')[1]
+        ActionChains(self.browser).move_to_element_with_offset(second, 0, round(-0.45 * second.size['height'])).click().perform()
+        self.assertEqual(self.js('replay.active'), 1)
+        rows = self.browser.find_elements(By.CSS_SELECTOR, 'table.events[data-run="1"] tbody tr')
+        self.browser.execute_script('arguments[0].scrollIntoView({block: "center"})', rows[2])
+        rows[2].click()
+        self.assertAlmostEqual(self.time(), self.js('replay.runs[1].events[2].time'))
+        heads = self.browser.find_element(By.CSS_SELECTOR, '#outcome thead').text
+        self.assertIn('median', heads)
+        self.assertIn(other, heads)
+
+    def test_north_is_shown_where_the_scenario_knows_it(self):
+        self.assertFalse(self.browser.find_element(By.CSS_SELECTOR, '.north').is_displayed())
+        run = run_in(self.page)
+        run['track']['north'] = [0.0, 1.0]  # the track leads to the east
+        page = self.path('north.html')
+        with open(page, 'wb') as file:
+            subprocess.run([MAKE_PAGE, 'replay'], input=json.dumps({'version': '1', 'runs': [run]}).encode(), stdout=file, check=True)
+        open_page(self.browser, page)
+        self.press('a')  # from above, with the left of the track at the top
+        wait(self.browser, 'return replay.asleep')
+        self.assertTrue(self.browser.find_element(By.CSS_SELECTOR, '.north').is_displayed())
+        turn = 'parseFloat(document.querySelector(".north g").getAttribute("transform").slice(7))'
+        self.assertAlmostEqual(self.js(turn), 0.0, delta=1.0)
+        self.js('''(() => { const s = replay.scenes[0], t = s.controls.target;  // from the east
+          s.camera.position.set(t.x + 100, t.y, t.z + 60); s.controls.update(); })()''')
+        wait(self.browser, 'return replay.asleep')
+        self.assertAlmostEqual(self.js(turn), 90.0, delta=1.0)
 
     def test_events_can_be_clicked(self):
         rows = self.browser.find_elements(By.CSS_SELECTOR, 'table.events tbody tr')

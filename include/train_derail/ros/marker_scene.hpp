@@ -19,8 +19,6 @@
 
 namespace train_derail::ros_face {
 
-using namespace scene;
-
 /// The markers of one run. What belongs to a car lies in the car's tf frame, locked to it, so that only what looks
 /// different from before need be sent. Stamps are the sender's.
 ///
@@ -53,7 +51,7 @@ class MarkerScene {
 
   /// What a car looks like.
   struct Shown {
-    Look look = Look::on_track;
+    scene::Look look = scene::Look::on_track;
     bool front_broken = false, rear_broken = false;
     int front_force = 0, rear_force = 0;  ///< classes of forces
 
@@ -74,14 +72,16 @@ class MarkerScene {
   Marker parts(std::size_t car) const;
   /// Of the front or the rear coupler; empty if it has no force.
   std::optional<Marker> arrow(std::size_t car, bool front) const;
-  void update_flashes(double time, const std::vector<outcome::FirstTouch>& touches);
-  Flash make_flash(const outcome::FirstTouch& touch, int id, int step, bool told) const;
+  void update_flashes(const simulation::Snapshot& now, const std::vector<outcome::FirstTouch>& touches);
+  /// `height`: of the star [m].
+  Flash make_flash(const outcome::FirstTouch& touch, double height, int id, int step, bool told) const;
 
   const std::vector<model::Car> cars_;
   const Frames frames_;
   const bool rails_yield_;
   const double flash_time_;
-  std::vector<CarShape> shapes_;  ///< one for each car
+  const double above_roofs_;             ///< of all cars, above the height of one [m]
+  std::vector<scene::CarShape> shapes_;  ///< one for each car
   std::vector<Shown> now_, sent_;
   double time_ = 0.0, forces_sent_ = -1.0;  ///< simulated [s]
   std::map<TouchKey, Flash> flashes_;

@@ -23,8 +23,6 @@
 
 namespace train_derail::ros_face {
 
-using namespace scene;
-
 /// Message of ~cars.
 CarStates to_message(const std::vector<simulation::CarSnapshot>& cars, double time, const std_msgs::Header& header,
                      std::uint32_t run_id);
@@ -42,9 +40,9 @@ std::string why_ended(const outcome::Outcome& outcome);
 Inputs to_message(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const std_msgs::Header& header,
                   std::uint32_t run_id);
 /// Message of ~pile_up.
-PileUp to_message(const Heap& heap, double time, const std_msgs::Header& header, std::uint32_t run_id);
+PileUp to_message(const scene::Heap& heap, double time, const std_msgs::Header& header, std::uint32_t run_id);
 /// Message of ~events.
-Event to_message(const Occurrence& occurrence, const std_msgs::Header& header, std::uint32_t run_id);
+Event to_message(const scene::Occurrence& occurrence, const std_msgs::Header& header, std::uint32_t run_id);
 
 /// Cars of a message of ~cars.
 std::vector<simulation::CarSnapshot> from_message(const CarStates& message);
@@ -55,7 +53,7 @@ std::vector<model::Impact> from_message(const Impacts& message);
 /// Outcome of a message of ~outcome.
 outcome::Outcome from_message(const Outcome& message);
 /// Content of a message of ~events.
-Occurrence from_message(const Event& message);
+scene::Occurrence from_message(const Event& message);
 
 /// Transform from the frame of `header` to `child`: a point (x, y) of the ground plane [m], turned by `yaw` [rad] about
 /// z.

@@ -15,8 +15,6 @@
 
 namespace train_derail::ros_face {
 
-using namespace scene;
-
 /// Parameters of the node itself; README.md has the table.
 struct NodeParameters {
   double rate = 1.0;            ///< simulated seconds per wall second [-]; 0: as fast as the integrator goes
@@ -24,10 +22,10 @@ struct NodeParameters {
   bool exit_when_done = false;  ///< whether the node ends with its run
   double viewers_wait = 0.0;    ///< how long the first run waits for somebody who watches, wall time [s]
   StreamOptions stream;         ///< what is in the messages
-  double event_coupler_force = kEventCouplerForce;  ///< threshold of COUPLER_PEAK events [N]
-  bool publish_clock = true;                        ///< whether there is a topic /clock
-  bool publish_tf = true;                           ///< whether there are topics /tf and /tf_static
-  std::string results_folder;                       ///< absolute path; bags and results of studies are written below it
+  double event_coupler_force = scene::kEventCouplerForce;  ///< threshold of COUPLER_PEAK events [N]
+  bool publish_clock = true;                               ///< whether there is a topic /clock
+  bool publish_tf = true;                                  ///< whether there are topics /tf and /tf_static
+  std::string results_folder;       ///< absolute path; bags and results of studies are written below it
   std::string bag;                  ///< file or folder to record to, below results_folder; "": no recording
   double overload_threshold = 0.1;  ///< share of lost wall time above which the node warns [-]
   double diagnostics_period = 1.0;  ///< wall time between two reports on /diagnostics [s]

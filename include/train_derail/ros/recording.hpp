@@ -34,7 +34,7 @@ class Recording final : public RunView {
   outcome::Outcome outcome() const override { return outcome_at(time()); }
   const std::vector<outcome::FirstTouch>& touches() const override { return touches_; }
   const std::vector<model::Impact>& impacts() const override;
-  std::vector<Occurrence> take_events(const simulation::Snapshot& now, const outcome::Outcome& outcome) override;
+  std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now, const outcome::Outcome& outcome) override;
 
  private:
   /// Something that was sent at a moment of the run.
@@ -51,7 +51,7 @@ class Recording final : public RunView {
   std::vector<simulation::Snapshot> moments_;  ///< at least one
   std::vector<Sent<outcome::Outcome>> outcomes_;
   std::vector<Sent<std::vector<model::Impact>>> impacts_;
-  std::vector<Sent<Occurrence>> events_;  ///< by the time at which they were sent
+  std::vector<Sent<scene::Occurrence>> events_;  ///< by the time at which they were sent
   std::vector<outcome::FirstTouch> touches_;
   std::size_t at_ = 0, events_taken_ = 0;
 };

@@ -108,7 +108,7 @@ class RunStream {
   bool markers_sent_ = false;
   std::vector<model::Car> cars_;  // of the run
   simulation::Snapshot last_;
-  Heap heap_;
+  scene::Heap heap_;
   std::vector<outcome::FirstTouch> touches_;  ///< recent enough to be shown
 };
 

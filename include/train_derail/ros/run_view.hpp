@@ -9,8 +9,6 @@
 
 namespace train_derail::ros_face {
 
-using namespace scene;
-
 /// One run as it stands. For the thread that advances it.
 class RunView {
  public:
@@ -29,13 +27,14 @@ class RunView {
   /// Returns the impacts so far.
   virtual const std::vector<model::Impact>& impacts() const = 0;
   /// Returns what has happened since the last call. `now` and `outcome` are those of this moment.
-  virtual std::vector<Occurrence> take_events(const simulation::Snapshot& now, const outcome::Outcome& outcome) = 0;
+  virtual std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now,
+                                                     const outcome::Outcome& outcome) = 0;
 };
 
 /// A simulation as it stands.
 class SimulationView final : public RunView {
  public:
-  /// `simulation` must outlive the view. `coupler_force`: see EventDetector.
+  /// `simulation` must outlive the view. `coupler_force`: see scene::EventDetector.
   SimulationView(const simulation::Simulation& simulation, double coupler_force)
       : simulation_(simulation), events_(coupler_force) {}
 
@@ -47,13 +46,14 @@ class SimulationView final : public RunView {
   outcome::Outcome outcome() const override { return simulation_.outcome(); }
   const std::vector<outcome::FirstTouch>& touches() const override { return simulation_.touches(); }
   const std::vector<model::Impact>& impacts() const override { return simulation_.incidents().impacts; }
-  std::vector<Occurrence> take_events(const simulation::Snapshot& now, const outcome::Outcome& outcome) override {
+  std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now,
+                                             const outcome::Outcome& outcome) override {
     return events_.observe(now, outcome, simulation_.incidents());
   }
 
  private:
   const simulation::Simulation& simulation_;
-  EventDetector events_;
+  scene::EventDetector events_;
 };
 
 }  // namespace train_derail::ros_face

@@ -20,11 +20,8 @@ struct CarShape {
   double top_end = 0.0;         ///< how far from the middle they may be [m]
 };
 
-/// Height of the top of every body above the rail head [m].
-inline constexpr double kRoofHeight = 4.2;
-
 /// Returns the shape that belongs to the name of the car's block: tank_car, hopper, boxcar or locomotive; a plain box
-/// for any other name.
+/// for any other name. It reaches from the car's own floor to its own roof.
 CarShape car_shape(const model::Car& car);
 
 }  // namespace train_derail::scene

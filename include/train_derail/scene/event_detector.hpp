@@ -2,10 +2,12 @@
 /// Events of a run, found by comparing one point of the output grid with the one before.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "train_derail/outcome/outcome.hpp"
+#include "train_derail/scene/palette.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::scene {
@@ -20,6 +22,21 @@ enum EventType : int {
   kCarDerailed,
   kCouplerBroken,
 };
+
+/// What a kind of event is called, and its colour on a time line.
+struct EventFacts {
+  const char* name;
+  Rgb colour;
+};
+/// By EventType; the first one is none.
+inline constexpr std::array<EventFacts, 8> kEventFacts{{{"", {0, 0, 0}},
+                                                        {"past the point", {213, 94, 0}},
+                                                        {"off the track", {184, 168, 0}},
+                                                        {"cars touch", {204, 121, 167}},
+                                                        {"peak coupler force", {0, 114, 178}},
+                                                        {"end", {85, 91, 102}},
+                                                        {"car derailed", {213, 94, 0}},
+                                                        {"coupler broken", {0, 0, 0}}}};
 
 /// One event; on the topics a message of ~events.
 struct Occurrence {

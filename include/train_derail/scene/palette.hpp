@@ -12,6 +12,7 @@
 
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/incidents.hpp"
+#include "train_derail/outcome/outcome.hpp"
 
 namespace train_derail::scene {
 
@@ -59,6 +60,26 @@ constexpr Look look_of(bool rails_yield, bool past_pod, bool off_track, model::C
     case model::Cause::torn_track: return Look::by_torn_track;
   }
   return Look::on_track;
+}
+
+/// How a car lies, by its tilt against the vertical.
+enum class Lie : std::uint8_t { upright, leaning, on_side, inverted };
+inline constexpr std::size_t kLies = 4;
+
+/// In the order of Lie; the bounds are those of outcome::Posture.
+inline constexpr std::array<LookFacts, kLies> kLieFacts{{{"upright", {0, 114, 178}, 0},
+                                                         {"leaning", {86, 180, 233}, 1},
+                                                         {"on the side", {240, 228, 66}, 2},
+                                                         {"inverted", {213, 94, 0}, 3}}};
+
+/// Returns the facts of a lie.
+constexpr const LookFacts& facts_of(Lie lie) { return kLieFacts[static_cast<std::size_t>(lie)]; }
+
+/// Returns how a car lies whose vertical axis is `tilt` off the vertical [rad].
+constexpr Lie lie_of(double tilt) {
+  if (tilt < outcome::kLeaning) return Lie::upright;
+  if (tilt < outcome::kOver) return Lie::leaning;
+  return tilt <= outcome::kInverted ? Lie::on_side : Lie::inverted;
 }
 
 /// Colour of a broken coupler.

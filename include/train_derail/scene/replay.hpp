@@ -28,8 +28,9 @@ class Replay {
 
   /// Returns the document of the run: one object of JSON with `title`, `inputs` (YAML), `outcome` (rows of the table),
   /// `fields` (names, units, titles, meanings of what is in `channels`), `cars`, `shapes` and `track` (triangles),
-  /// `looks` and `forces` (colours), `times` [s], `channels` (whole numbers of `step` for each moment and car or
-  /// coupler), `events`, `touches`. `title` stands for a scenario without one.
+  /// `looks`, `lies`, `forces`, `lines`, `marks`, `event_colours` (colours and sizes), `times` [s], `channels` (whole
+  /// numbers of `step` for each moment and car or coupler; for each car its Look, then its Lie; for each moment the
+  /// Heap), `events`, `touches`. `title` stands for a scenario without one.
   std::string document(const std::string& title, const outcome::Outcome& outcome,
                        const std::vector<outcome::FirstTouch>& touches) const;
 

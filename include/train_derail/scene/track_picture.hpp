@@ -2,6 +2,7 @@
 /// What does not move in a run, as triangles: ground, track, ruler, point of derailment.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "train_derail/inputs/scenario.hpp"
@@ -19,14 +20,15 @@ inline constexpr double kPodTextHeight = 3.0;
 
 /// Triangles in the world frame, above `height`.
 struct TrackPicture {
-  Points ground;        ///< level, or banks along the track
-  Points ballast;       ///< under the track
-  Points ties;          ///< where cars may pile up, to scale
-  Points rails;         ///< twice as wide as they are
-  Points ruler;         ///< lines and numbers across the ground: every 50 m on the left, every 100 ft on the right
-  Points pod;           ///< line across the point of derailment
-  Point pod_name;       ///< where the words for it stand
-  double height = 0.0;  ///< of all this against the world frame, up [m]
+  Points ground;   ///< level, or along the track: hills, banks
+  Points ballast;  ///< under the track, with its grades and superelevation
+  Points ties;     ///< where cars may pile up, to scale
+  Points rails;    ///< twice as wide as they are
+  Points ruler;    ///< lines and numbers across the ground: every 50 m on the left, every 100 ft on the right
+  Points pod;      ///< line across the point of derailment
+  Point pod_name;  ///< where the words for it stand
+  std::optional<Point> north;  ///< a unit vector on the ground, if the scenario says where north is
+  double height = 0.0;         ///< of all this against the world frame, up [m]
 };
 
 /// Returns the picture of a scenario's track. `cars` are those of `scenario`.

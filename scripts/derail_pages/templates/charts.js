@@ -1,4 +1,6 @@
 'use strict';
+// What draws on a canvas. Pictures that are kept by the processor: drawn without a graphics card they are much faster, and they are small.
+const pen = canvas => canvas.getContext('2d', {willReadFrequently: true});
 // Charts on a canvas: lines and bars over one axis, with the values under the pointer (or moved by the arrow keys).
 class Chart {
   // readout(x) returns the words for the place x, pick(x) is called where it is clicked.
@@ -11,6 +13,18 @@ class Chart {
     };
     canvas.addEventListener('pointermove', place);
     canvas.addEventListener('pointerleave', () => { this.at = null; this.say(); });
+    canvas.addEventListener('keydown', e => {
+      const way = {ArrowLeft: -1, ArrowRight: 1}[e.key];
+      if (e.key === 'Escape' && this.at !== null) this.at = null;
+      else if (e.key === 'Enter' && pick && this.at !== null) pick(this.at);
+      else if (way && this.spec) {
+        const {x0, x1, step} = this.spec, by = (step || (x1 - x0) / 100) * way;
+        this.at = Math.min(x1, Math.max(x0, this.at === null ? (way > 0 ? x0 : x1) : this.at + by));
+      } else return;
+      e.preventDefault();
+      this.say();
+    });
+    canvas.addEventListener('blur', () => { this.at = null; this.say(); });
     canvas.addEventListener('click', e => { place(e); if (pick && this.at !== null) pick(this.at); });
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
@@ -22,7 +36,7 @@ class Chart {
     const {x0, x1} = this.spec || {x0: 0, x1: 1}, f = (px - this.left) / Math.max(1, this.width - this.left - 8);
     return x0 + (x1 - x0) * Math.min(1, Math.max(0, f));
   }
-  // spec: x0, x1, xTitle, yTitle, lines: [{x, y, colour, width, dash, name}], bars: {y, colours}, marker: x
+  // spec: x0, x1, xTitle, yTitle, lines: [{x, y, colour, width, dash, name}], bars: {y, colours}, marker: x, markerColour, step: of the arrow keys
   set(spec) { this.spec = spec; this.draw(); if (this.at !== null) this.readout.textContent = this.readoutFor(this.at); }
   static ticks(from, to, count) {
     const raw = (to - from) / count, power = 10 ** Math.floor(Math.log10(raw)), step = [1, 2, 5, 10].find(s => s * power >= raw) * power;
@@ -36,7 +50,7 @@ class Chart {
     if (!spec || width === 0) return;
     if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
     if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
-    const c = canvas.getContext('2d');
+    const c = pen(canvas);
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     c.clearRect(0, 0, width, height);
     c.font = '12px system-ui, sans-serif';
@@ -104,7 +118,7 @@ class Chart {
       right -= 34;
     }
     const rule = (x, colour) => { c.strokeStyle = colour; c.lineWidth = 1.5; c.beginPath(); c.moveTo(px(x), top); c.lineTo(px(x), bottom); c.stroke(); };
-    if (spec.marker !== undefined) rule(spec.marker, '#e69f00');
+    if (spec.marker !== undefined) rule(spec.marker, spec.markerColour);
     if (this.at !== null) rule(this.at, '#1a1c20');
   }
   static number(v) { return Math.abs(v) >= 10000 ? v.toExponential(0) : String(+v.toPrecision(6)).replace('-', '\u2212'); }

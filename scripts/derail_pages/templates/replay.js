@@ -43,7 +43,21 @@ class Run {
       run.coupler[field.name] = {field, step: field.step, values: take(run.count - 1), width: run.count - 1};
     }
     run.look = take(run.count);
+    run.lie = take(run.count);
+    run.heap = {};
+    for (const {name, step} of run.fields.heap) run.heap[name] = {step, values: take(1), width: 1};
+    run.turnShort();
     return run;
+  }
+  // A quaternion and its negative are the same direction: of the two, the one that is nearer to that of the moment before. What lies
+  // between is then on the shorter arc.
+  turnShort() {
+    const parts = ['qx', 'qy', 'qz', 'qw'].map(name => this.car[name].values), n = this.count;
+    for (let i = n; i < n * this.times.length; ++i) {
+      let product = 0;
+      for (const part of parts) product += part[i] * part[i - n];
+      if (product < 0) for (const part of parts) part[i] = -part[i];
+    }
   }
   // The moment at or before t, and how far t is on the way to the next one.
   moment(t) {
@@ -63,6 +77,9 @@ class Run {
   // A value that is not interpolated.
   held(channel, m, i) { return channel.values[m.at * channel.width + i] * channel.step; }
   lookOf(m, i) { return this.look[m.at * this.count + i]; }
+  lieOf(m, i) { return this.lie[m.at * this.count + i]; }
+  // What its colour and its bars say: why it is where it is, or how it lies.
+  saidOf(m, i, lies) { return lies ? this.lies[this.lieOf(m, i)] : this.looks[this.lookOf(m, i)]; }
   pose(m, i, out) {
     const {car} = this;
     let x = this.value(car.qx, m, i), y = this.value(car.qy, m, i), z = this.value(car.qz, m, i), w = this.value(car.qw, m, i);
@@ -91,11 +108,12 @@ function shown(value, unit) {
 function inSi(value, unit) {
   return unit.si === '' || unit.si === '1' ? String(value) : `${(value / unit.per_table_si).toFixed(unit.table_si_digits)} ${unit.table_si}`;
 }
+const line = ({colour, dash}) => ({colour: css(colour), dash});
 const css = ([r, g, b]) => `rgb(${r}, ${g}, ${b})`;
 
 // ---- The scene ---------------------------------------------------------------------------------------------------
 
-const UP = new THREE.Vector3(0, 0, 1);
+const UP = new THREE.Vector3(0, 0, 1), ONE = new THREE.Vector3(1, 1, 1);
 
 function geometryOf(millimetres) {
   const points = new Float32Array(millimetres.length);
@@ -163,6 +181,12 @@ class Many {
 }
 
 const STARS = 64;
+// Wall milliseconds that a frame may take, and for how long it may take more before there are fewer pixels.
+// Ground around the heap in the picture [m].
+const HEAP_ROOM = 8;
+// Time in which the view follows the heap, simulated [s].
+const FOLLOW_TIME = 0.5;
+const FRAME_MOST = 40, SLOW_MOST = 250;
 
 // Without a graphics card every pixel costs time of the processor.
 function drawnBySoftware() {
@@ -180,9 +204,10 @@ class Scene {
     this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, antialias: this.sharpness < 1.5 && !drawnBySoftware()});
     this.renderer.setPixelRatio(this.sharpness);
     this.slow = 0;
-    this.renderer.setClearColor(0xaebdca);
+    const sky = colourOf(run.marks.sky);
+    this.renderer.setClearColor(sky);
     this.scene = new THREE.Scene();
-    this.scene.fog = new THREE.Fog(0xaebdca, 900, 3500);
+    this.scene.fog = new THREE.Fog(sky, 900, 3500);
     this.camera = new THREE.PerspectiveCamera(38, 1, 1, 6000);
     this.camera.up.copy(UP);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8a80, 0.82));
@@ -197,11 +222,13 @@ class Scene {
     this.controls.minDistance = 8;
     this.controls.maxDistance = 3000;
     this.controls.enableKeys = false;
+    this.canvas.removeAttribute('tabindex');  // which the controls have set: there is nothing to do for keys
     this.controls.screenSpacePanning = false;
+    this.controls.addEventListener('start', () => { this.moved = true; });
+    this.canvas.addEventListener('wheel', () => { this.moved = true; }, {passive: true});
     this.controls.addEventListener('change', () => { this.dirty = true; app.wake(); });
     this.dirty = true;
     this.target = new THREE.Vector3();
-    this.found = this.heap(run.moment(run.end));
     this.listen();
     new ResizeObserver(() => this.resize()).observe(this.canvas);
     this.resize();
@@ -231,7 +258,7 @@ class Scene {
     this.addNumbers();
     this.poses = run.cars.map(() => ({p: new THREE.Vector3(), q: new THREE.Quaternion(), matrix: new THREE.Matrix4()}));
     this.outline = new THREE.LineSegments(new THREE.EdgesGeometry(new THREE.BoxBufferGeometry(1, 1, 1)),
-      new THREE.LineBasicMaterial({color: 0xffffff, depthTest: false}));
+      new THREE.LineBasicMaterial({color: colourOf(run.marks.chosen), depthTest: false}));
     this.outline.visible = false;
     this.outline.matrixAutoUpdate = false;
     this.outline.renderOrder = 99;
@@ -245,23 +272,24 @@ class Scene {
     const picture = document.createElement('canvas');
     picture.width = size(columns * w);
     picture.height = size(rows * h);
-    const c = picture.getContext('2d');
+    const c = pen(picture);
     c.fillStyle = '#fff';
     c.fillRect(0, 0, picture.width, picture.height);
     c.fillStyle = css(run.marks.ink);
     c.textAlign = 'center';
     c.textBaseline = 'middle';
     c.font = `bold ${Math.round(0.74 * h)}px sans-serif`;
-    const cells = new Float32Array(4 * run.count);
+    this.cells = [];  // of each car: x, y, width, height
     for (let i = 0; i < run.count; ++i) {
       const x = (i % columns) * w, y = Math.floor(i / columns) * h;
       c.fillText(String(i + 1), x + w / 2, y + h / 2, w - 2);
-      cells.set([x / picture.width, 1 - (y + h) / picture.height, w / picture.width, h / picture.height], 4 * i);
+      this.cells.push([x / picture.width, 1 - (y + h) / picture.height, w / picture.width, h / picture.height]);
     }
     const texture = new THREE.CanvasTexture(picture);
     texture.anisotropy = 4;
     const geometry = quadGeometry();
-    geometry.setAttribute('cell', new THREE.InstancedBufferAttribute(cells, 4));
+    this.cell = new THREE.InstancedBufferAttribute(new Float32Array(4 * run.count), 4);
+    geometry.setAttribute('cell', this.cell);
     const material = new THREE.MeshBasicMaterial({map: texture, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -2});
     this.numbers = new Many(this.scene, geometry, run.count, {tinted: true, material});
     const tint = material.onBeforeCompile;
@@ -274,20 +302,18 @@ class Scene {
     const {run} = this, {marks} = run;
     this.bars = new Many(this.scene, new THREE.BoxBufferGeometry(1, 1, 1), Math.max(1, run.count - 1));
     const arrow = new THREE.Shape();
-    for (const [x, y] of [[0.5, 0], [-0.05, 0.5], [-0.05, 0.2], [-0.5, 0.2], [-0.5, -0.2], [-0.05, -0.2], [-0.05, -0.5]]) {
-      if (x === 0.5) arrow.moveTo(x, y); else arrow.lineTo(x, y);
-    }
+    marks.arrow_outline.forEach(([x, y], k) => { if (k === 0) arrow.moveTo(x, y); else arrow.lineTo(x, y); });
     this.arrows = new Many(this.scene, new THREE.ExtrudeBufferGeometry(arrow, {depth: 1, bevelEnabled: false}), Math.max(1, 2 * run.count));
     const star = new THREE.Shape();
-    for (let i = 0; i < 16; ++i) {
-      const r = i % 2 === 0 ? 1 : 0.4, a = i * Math.PI / 8;
+    for (let i = 0; i < 2 * marks.star_rays; ++i) {
+      const r = i % 2 === 0 ? 1 : marks.star_inner, a = i * Math.PI / marks.star_rays;
       if (i === 0) star.moveTo(r, 0); else star.lineTo(r * Math.cos(a), r * Math.sin(a));
     }
     this.stars = new Many(this.scene, new THREE.ShapeBufferGeometry(star), STARS, {tinted: false,
       material: new THREE.MeshBasicMaterial({color: colourOf(marks.star), side: THREE.DoubleSide})});
     const words = document.createElement('canvas');
     words.width = 512; words.height = 64;
-    const c = words.getContext('2d');
+    const c = pen(words);
     c.font = 'bold 44px sans-serif'; c.fillStyle = '#fff'; c.strokeStyle = '#222'; c.lineWidth = 6; c.textAlign = 'center'; c.textBaseline = 'middle';
     c.strokeText('point of derailment', 256, 32); c.fillText('point of derailment', 256, 32);
     const sprite = new THREE.Sprite(new THREE.SpriteMaterial({map: new THREE.CanvasTexture(words)}));
@@ -297,9 +323,17 @@ class Scene {
   }
   listen() {
     let down = null;
-    this.canvas.addEventListener('pointerdown', e => { down = [e.clientX, e.clientY]; this.app.focusOn(this.index); });
-    this.canvas.addEventListener('click', e => {
-      if (down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) > 6) return;
+    this.canvas.addEventListener('pointerdown', e => {
+      down = e.isPrimary && e.button === 0 ? {id: e.pointerId, x: e.clientX, y: e.clientY} : null;  // a second finger: no click
+      this.app.focusOn(this.index);
+    });
+    this.canvas.addEventListener('pointercancel', () => { down = null; });
+    // A touch that is kept from scrolling yields no click in all browsers.
+    this.canvas.ownerDocument.addEventListener('pointerup', e => {
+      if (!down || e.pointerId !== down.id) return;
+      const still = Math.hypot(e.clientX - down.x, e.clientY - down.y) <= (e.pointerType === 'touch' ? 12 : 6);
+      down = null;
+      if (!still) return;
       const box = this.canvas.getBoundingClientRect();
       this.app.pick(this.carAt((e.clientX - box.left) / box.width, (e.clientY - box.top) / box.height), this.index);
     });
@@ -315,30 +349,22 @@ class Scene {
     if (!this.moved) this.view(this.app.view);
     this.app.wake();
   }
-  // What is wrecked: where it is, how far it reaches. Cars that are turned, else all that are derailed.
+  // The heap of cars at a moment: a rectangle on the ground.
   heap(m) {
-    const {run} = this;
-    const derailed = [], turned = [];
-    for (let i = 0; i < run.count; ++i) {
-      if (run.lookOf(m, i) === 0) continue;
-      derailed.push(i);
-      const q = [run.value(run.car.qx, m, i), run.value(run.car.qy, m, i), run.value(run.car.qz, m, i), run.value(run.car.qw, m, i)];
-      const forward = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
-      if (Math.abs(forward) < Math.cos(Math.PI / 6)) turned.push(i);
-    }
-    const those = turned.length >= 3 ? turned : derailed.length > 0 ? derailed : run.cars.map((_, i) => i);
-    const box = new THREE.Box3();
-    for (const i of those) {
-      const half = 0.5 * run.cars[i].length;
-      const p = new THREE.Vector3(run.value(run.car.x, m, i), run.value(run.car.y, m, i), 0);
-      box.expandByPoint(p.clone().addScalar(-0.7 * half)).expandByPoint(p.addScalar(0.7 * half));
-    }
-    return {box, any: derailed.length > 0};
+    const {heap} = this.run, of = name => this.run.held(heap[name], m, 0);
+    return {x: of('x'), y: of('y'), z: of('z'), yaw: of('yaw'), length: of('length'), width: of('width')};
+  }
+  // The box around it with its sides along the axes, and some ground around it.
+  heapBox(m) {
+    const {x, y, z, yaw, length, width} = this.heap(m), c = Math.abs(Math.cos(yaw)), s = Math.abs(Math.sin(yaw));
+    const long = length + HEAP_ROOM, wide = width + HEAP_ROOM;
+    return new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(x, y, z), new THREE.Vector3(c * long + s * wide, s * long + c * wide, 0));
   }
   // Looks at a box from a direction so that it fills the view.
   frame(box, direction) {
     const centre = box.getCenter(new THREE.Vector3());
-    centre.z = this.run.track.height + 1;
+    const ground = centre.z + this.run.track.height;
+    centre.z = ground + 1;
     const size = box.getSize(new THREE.Vector3());
     const d = direction.clone().normalize();
     this.camera.position.copy(centre).add(d);
@@ -348,7 +374,7 @@ class Scene {
     const tan = Math.tan(this.camera.fov * Math.PI / 360);
     let distance = 20;
     for (const x of [-0.5, 0.5]) for (const y of [-0.5, 0.5]) for (const z of [0, 1]) {
-      const p = new THREE.Vector3(centre.x + x * size.x, centre.y + y * size.y, this.run.track.height + z * 5).applyMatrix4(inverse);
+      const p = new THREE.Vector3(centre.x + x * size.x, centre.y + y * size.y, ground + z * 5).applyMatrix4(inverse);
       // At distance k + 1 of the camera the point is k farther away.
       const need = Math.max(Math.abs(p.x) / (tan * this.camera.aspect), Math.abs(p.y) / tan);
       distance = Math.max(distance, need + p.z + 1);
@@ -363,7 +389,7 @@ class Scene {
     this.moved = false;
     if (name === 'train') {
       const m = run.moment(this.app.time), box = new THREE.Box3();
-      for (let i = 0; i < run.count; ++i) box.expandByPoint(new THREE.Vector3(run.value(run.car.x, m, i), run.value(run.car.y, m, i), 0));
+      for (let i = 0; i < run.count; ++i) box.expandByPoint(this.placeOf(m, i, new THREE.Vector3()));
       box.expandByScalar(12);
       this.frame(box, new THREE.Vector3(-0.25, -1, 0.55));
     } else if (name === 'follow') {
@@ -371,22 +397,16 @@ class Scene {
       this.frame(new THREE.Box3(at.clone().sub(half), at.clone().add(half)), new THREE.Vector3(-0.55, -1, 0.8));
       this.lastFollowed = at;
     } else {
-      this.frame(this.found.box, name === 'above' ? new THREE.Vector3(0, -0.02, 1) : new THREE.Vector3(-0.35, -1, 0.85));
+      this.frame(this.heapBox(run.moment(run.end)), name === 'above' ? new THREE.Vector3(0, -0.02, 1) : new THREE.Vector3(-0.35, -1, 0.85));
     }
   }
-  // The car that was picked; else the middle of the cars off the rails, before there are any the car that comes first.
+  placeOf(m, i, out) { return out.set(this.run.value(this.run.car.x, m, i), this.run.value(this.run.car.y, m, i), this.run.value(this.run.car.z, m, i)); }
+  // The car that was picked; else the heap, which for a short while moves from one group of cars to another.
   followed(m, out) {
     const {run, app} = this;
-    if (app.picked !== null && app.picked < run.count) return out.set(run.value(run.car.x, m, app.picked), run.value(run.car.y, m, app.picked), 0);
-    let n = 0;
-    out.set(0, 0, 0);
-    for (let i = 0; i < run.count; ++i) {
-      if (run.lookOf(m, i) === 0) continue;
-      out.x += run.value(run.car.x, m, i);
-      out.y += run.value(run.car.y, m, i);
-      ++n;
-    }
-    return n > 0 ? out.multiplyScalar(1 / n) : out;
+    if (app.picked !== null && app.picked < run.count) return this.placeOf(m, app.picked, out);
+    const {x, y, z} = this.heap(m);
+    return out.set(x, y, z);
   }
   carAt(u, v) {
     const ray = new THREE.Raycaster();
@@ -395,9 +415,9 @@ class Scene {
     let best = null, least = Infinity;
     const inverse = new THREE.Matrix4(), hit = new THREE.Vector3(), local = new THREE.Ray(), box = new THREE.Box3();
     this.poses.forEach((pose, i) => {
-      const {length, width} = this.run.cars[i];
+      const {length, width, roof} = this.run.cars[i];
       box.min.set(-length / 2, -width / 2 - 0.3, 0);
-      box.max.set(length / 2, width / 2 + 0.3, this.run.marks.roof);
+      box.max.set(length / 2, width / 2 + 0.3, roof);
       local.copy(ray.ray).applyMatrix4(inverse.getInverse(pose.matrix));
       if (!local.intersectBox(box, hit)) return;
       const distance = hit.applyMatrix4(pose.matrix).distanceTo(ray.ray.origin);
@@ -408,13 +428,47 @@ class Scene {
   // Where a car is on the page, in pixels of the window: for tests, and for whoever drives the page.
   screenPlace(i) {
     this.camera.updateMatrixWorld();
-    const pose = this.poses[i], p = new THREE.Vector3(0, 0, this.run.marks.roof).applyMatrix4(pose.matrix).project(this.camera);
+    const pose = this.poses[i], p = new THREE.Vector3(0, 0, this.run.cars[i].roof).applyMatrix4(pose.matrix).project(this.camera);
     const box = this.canvas.getBoundingClientRect();
     return [box.left + (p.x + 1) / 2 * box.width, box.top + (1 - p.y) / 2 * box.height];
   }
   update(time) {
-    const {run} = this, {marks} = run, m = run.moment(Math.min(time, run.end));
-    const one = new THREE.Vector3(1, 1, 1), local = new THREE.Matrix4(), turn = new THREE.Quaternion(), none = new THREE.Quaternion();
+    this.time = time;
+    const {run} = this, m = run.moment(Math.min(time, run.end));
+    for (let i = 0; i < run.count; ++i) {
+      const pose = run.pose(m, i, this.poses[i]);
+      pose.p.z += run.marks.layer_step * (i % run.marks.layers);
+      pose.matrix.compose(pose.p, pose.q, ONE);
+    }
+    const {picked} = this.app;
+    this.outline.visible = picked !== null && picked < run.count;
+    if (this.outline.visible) {
+      const car = run.cars[picked];
+      this.outline.matrix.compose(new THREE.Vector3(0, 0, car.roof / 2), new THREE.Quaternion(), new THREE.Vector3(car.length, car.width + 0.4, car.roof))
+        .premultiply(this.poses[picked].matrix);
+      this.outline.matrixWorldNeedsUpdate = true;
+    }
+    if (this.app.view === 'follow') this.follow(m, time);
+    this.dirty = true;
+  }
+  // A chosen car exactly; the heap smoothly, as RViz does.
+  follow(m, time) {
+    const at = this.followed(m, new THREE.Vector3()), {lastFollowed: last} = this;
+    if (last) {
+      const passed = Math.abs(time - this.followedAt);
+      if (this.app.picked === null && passed < 1) at.copy(last.clone().lerp(at, 1 - Math.exp(-passed / FOLLOW_TIME)));
+      const shift = at.clone().sub(last);
+      this.camera.position.add(shift);
+      this.controls.target.add(shift);
+      this.controls.update();
+    }
+    this.lastFollowed = at;
+    this.followedAt = time;
+  }
+  // Fills the collections with what the camera sees.
+  place() {
+    const {run, time} = this, {marks} = run, m = run.moment(Math.min(time, run.end));
+    const local = new THREE.Matrix4(), turn = new THREE.Quaternion(), none = new THREE.Quaternion();
     const place = new THREE.Vector3(), size = new THREE.Vector3();
     const collections = [this.plates, this.numbers, this.bars, this.arrows, this.stars];
     for (const shape of this.shapes) collections.push(shape.body, shape.dark);
@@ -423,29 +477,34 @@ class Scene {
       local.compose(place.set(x, 0, z), none, size.set(length, width, 1));
       into.add(local.premultiply(pose.matrix), colour);
     };
+    this.camera.updateMatrixWorld();
+    const seen = new THREE.Frustum().setFromMatrix(new THREE.Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse));
+    const sphere = new THREE.Sphere();
     for (let i = 0; i < run.count; ++i) {
-      const pose = run.pose(m, i, this.poses[i]), look = run.looks[run.lookOf(m, i)], shape = this.shapes[run.cars[i].shape];
-      pose.p.z += marks.layer_step * (i % marks.layers);
-      pose.matrix.compose(pose.p, pose.q, one);
+      const pose = this.poses[i], car = run.cars[i], look = run.saidOf(m, i, this.app.lies), shape = this.shapes[car.shape];
+      sphere.center.copy(pose.p);
+      sphere.radius = 0.5 * car.length + car.above + 2;
+      if (!seen.intersectsSphere(sphere)) continue;
       shape.body.add(pose.matrix, look.colour);
       shape.dark.add(pose.matrix);
-      quad(pose, 0, marks.roof + 0.05, 3 * marks.number_height, 1.5 * marks.number_height, this.numbers, look.colour);
+      this.cell.setXYZW(this.numbers.used, ...this.cells[i]);
+      quad(pose, 0, car.roof + 0.05, marks.plate[0], Math.min(marks.plate[1], car.width), this.numbers, look.colour);
       const top = shape.top + 0.03, broken = k => k >= 0 && k < run.count - 1 && run.held(run.coupler.broken, m, k) > 0.5;
       for (let b = 0; b < look.bars; ++b) {
         const x = 0.5 * shape.end + marks.bar_spacing * (b - 0.5 * (look.bars - 1));
         for (const side of [-1, 1]) quad(pose, side * x, top, marks.bar_width, 2 * shape.width, this.plates, marks.ink);
       }
-      if (broken(i - 1)) quad(pose, 0.94 * shape.end, top, 0.12 * shape.end, 2 * shape.width, this.plates, marks.broken);
-      if (broken(i)) quad(pose, -0.94 * shape.end, top, 0.12 * shape.end, 2 * shape.width, this.plates, marks.broken);
+      if (broken(i - 1)) quad(pose, (1 - 0.5 * marks.broken_end) * shape.end, top, marks.broken_end * shape.end, 2 * shape.width, this.plates, marks.broken);
+      if (broken(i)) quad(pose, -(1 - 0.5 * marks.broken_end) * shape.end, top, marks.broken_end * shape.end, 2 * shape.width, this.plates, marks.broken);
       const [least, step, wide, high] = marks.arrow;
       for (const front of [true, false]) {
         const k = front ? i - 1 : i;
         if (k < 0 || k >= run.count - 1 || broken(k)) continue;
         const force = run.forceClass(run.held(run.coupler.axial_force, m, k));
         if (force === 0) continue;
-        const length = least + step * Math.abs(force), out = front ? 1 : -1, end = out * 0.5 * run.cars[i].length;
+        const length = least + step * Math.abs(force), out = front ? 1 : -1, end = out * 0.5 * car.length;
         const heading = force > 0 ? out : -out;
-        place.set(end - out * length / 2, 0, marks.above);
+        place.set(end - out * length / 2, 0, car.above);
         turn.setFromAxisAngle(UP, heading > 0 ? 0 : Math.PI);
         local.compose(place, turn, size.set(length, wide, high));
         this.arrows.add(local.premultiply(pose.matrix), run.forceColour(force));
@@ -458,46 +517,45 @@ class Scene {
       b.set(0.5 * run.cars[k + 1].length, 0, marks.drawbar_height).applyMatrix4(this.poses[k + 1].matrix);
       const length = a.distanceTo(b);
       turn.setFromUnitVectors(x, a.clone().sub(b).normalize());
-      local.compose(a.add(b).multiplyScalar(0.5), turn, size.set(length, 2 * marks.drawbar, 0.4));
+      local.compose(a.add(b).multiplyScalar(0.5), turn, size.set(length, marks.drawbar[0], marks.drawbar[1]));
       this.bars.add(local, run.forceColour(run.forceClass(run.held(run.coupler.axial_force, m, k))));
     }
     for (const touch of run.touches) {
       const age = (time - touch.time) / marks.flash;
       if (age < 0 || age >= 1) continue;
-      const r = touch.radius * (1 - 0.7 * age);
-      this.stars.add(local.compose(place.set(touch.x, touch.y, marks.above + 0.6), none, size.set(r, r, r)));
+      const r = touch.radius * (1 - marks.star_fade * age);
+      this.stars.add(local.compose(place.set(touch.x, touch.y, touch.z), none, size.set(r, r, r)));
     }
     for (const c of collections) c.finish();
-    const picked = this.app.picked;
-    this.outline.visible = picked !== null && picked < run.count;
-    if (this.outline.visible) {
-      const car = run.cars[picked];
-      this.outline.matrix.compose(place.set(0, 0, marks.roof / 2), none, size.set(car.length, car.width + 0.4, marks.roof)).premultiply(this.poses[picked].matrix);
-      this.outline.matrixWorldNeedsUpdate = true;
-    }
-    if (this.app.view === 'follow') {
-      const at = this.followed(m, new THREE.Vector3());
-      if (this.lastFollowed) {
-        const shift = at.clone().sub(this.lastFollowed);
-        this.camera.position.add(shift);
-        this.controls.target.add(shift);
-        this.controls.update();
-      }
-      this.lastFollowed = at;
-    }
-    this.dirty = true;
+    this.cell.needsUpdate = true;
   }
   render() {
     if (!this.dirty) return false;
     this.dirty = false;
+    this.place();
     this.renderer.render(this.scene, this.camera);
+    this.pointNorth();
     return true;
   }
-  // Fewer pixels where the machine does not keep up while it plays; all of them when it stands.
+  // The arrow in the corner, as one looks at the ground.
+  pointNorth() {
+    const {north} = this.run.track;
+    if (!north) return;
+    const look = this.camera.getWorldDirection(new THREE.Vector3()), right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
+    // From above the view has no direction on the ground but that of its upper edge.
+    const up = new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
+    const ahead = Math.hypot(look.x, look.y) > 0.5 ? look : up, length = Math.hypot(ahead.x, ahead.y) || 1;
+    const turn = Math.atan2(north[0] * right.x + north[1] * right.y, (north[0] * ahead.x + north[1] * ahead.y) / length) * 180 / Math.PI;
+    const box = this.figure.querySelector('.north');
+    box.hidden = false;
+    box.querySelector('g').setAttribute('transform', `rotate(${turn.toFixed(1)})`);
+  }
+  // Fewer pixels where the machine does not keep up while it plays; all of them when it stands. `interval`: wall time since the frame
+  // before [ms].
   keepUp(interval) {
-    this.slow = interval > 40 ? this.slow + 1 : Math.max(0, this.slow - 1);
+    this.slow = interval > FRAME_MOST ? this.slow + interval : Math.max(0, this.slow - interval);
     const ratio = this.renderer.getPixelRatio();
-    if (this.slow < 8 || ratio <= 0.5) return;
+    if (this.slow < SLOW_MOST || ratio <= 0.5) return;
     this.slow = 0;
     this.setSharpness(Math.max(0.5, 0.75 * ratio));
   }
@@ -507,14 +565,15 @@ class Scene {
     this.dirty = true;
   }
   legend() {
-    const {run} = this, box = this.figure.querySelector('.legend'), used = new Set(run.look);
+    const {run} = this, {lies} = this.app, box = this.figure.querySelector('.legend'), used = new Set(lies ? run.lie : run.look);
+    box.textContent = '';
     const add = (colour, words, bars = 0) => {
       const span = document.createElement('span'), sign = document.createElement('i');
-      sign.style.background = bars === 0 ? colour : `repeating-linear-gradient(90deg, ${colour} 0 3px, #121214 3px 5px)`;
+      sign.style.background = bars === 0 ? colour : `repeating-linear-gradient(90deg, ${colour} 0 3px, ${css(run.marks.ink)} 3px 5px)`;
       span.append(sign, words);
       box.append(span);
     };
-    run.looks.forEach((look, k) => { if (used.has(k)) add(css(look.colour), look.words, look.bars); });
+    (lies ? run.lies : run.looks).forEach((look, k) => { if (used.has(k)) add(css(look.colour), look.words, look.bars); });
     const steps = run.forces.steps.length, {unit} = run.coupler.axial_force.field;
     if (run.count > 1) {
       add(css(run.forceColour(-steps + 1)), 'draft');
@@ -528,12 +587,11 @@ class Scene {
 // ---- The page ----------------------------------------------------------------------------------------------------
 
 const $ = id => document.getElementById(id);
-const KIND_COLOURS = {'car derailed': '#d55e00', 'past the point': '#d55e00', 'off the track': '#b8a800', 'coupler broken': '#000000',
-  'cars touch': '#cc79a7', 'peak coupler force': '#0072b2', 'end': '#555b66'};
-
+// Wall milliseconds between two drawings of the charts at least.
+const CHARTS_EVERY = 120;
 class App {
   constructor(runs) {
-    Object.assign(this, {runs, time: 0, playing: false, speed: 1, view: 'wreck', picked: null, active: 0, frames: 0, asleep: true});
+    Object.assign(this, {runs, time: 0, playing: false, speed: 1, view: 'wreck', picked: null, active: 0, lies: false, frames: 0, asleep: true});
     this.end = Math.max(...runs.map(r => r.end));
     this.scenes = [];
     try {
@@ -550,6 +608,7 @@ class App {
     this.along = new Chart($('along'), $('along-readout'), {readoutFor: x => this.sayAlong(x), pick: x => this.pick(Math.round(x) - 1, this.active)});
     this.largest = new Chart($('largest'), $('largest-readout'), {readoutFor: x => this.sayLargest(x), pick: x => this.seek(x)});
     this.overTime = new Chart($('over-time'), $('over-time-readout'), {readoutFor: x => this.sayOverTime(x), pick: x => this.seek(x)});
+    $('time').max = this.end;
     this.listen();
     this.prepare();
     // The wreck is what people want to see first.
@@ -577,10 +636,11 @@ class App {
       most = Math.max(most, buff[k], draft[k]);
     }
     this.unit = run.coupler.axial_force.field.unit;
+    $('now').style.background = css(run.marks.now);
     const f = v => v / this.unit.per_shown;
     this.peaks = {buff, draft};
-    this.lines = [{x: times, y: buff.map(f), colour: '#b2182b', name: run.coupler.buff_peak.field.title},
-      {x: times, y: draft.map(v => -f(v)), colour: '#2166ac', dash: [5, 2], name: run.coupler.draft_peak.field.title}];
+    this.lines = [{x: times, y: buff.map(f), ...line(run.lines.buff), name: run.coupler.buff_peak.field.title},
+      {x: times, y: draft.map(v => -f(v)), ...line(run.lines.draft), name: run.coupler.draft_peak.field.title}];
     this.most = f(most);
     this.drawEvents();
   }
@@ -614,19 +674,24 @@ class App {
   seek(t) {
     this.time = Math.min(this.end, Math.max(0, t));
     for (const scene of this.scenes) scene.update(this.time);
-    $('time').max = this.end;
-    $('time').value = this.time;
-    $('clock').textContent = `${this.time.toFixed(2)} s`;
-    this.drawCharts();
-    this.drawHead();
+    this.showTime();
     this.wake();
   }
-  // Charts need not follow every frame.
+  // What is written and drawn beside the scene need not follow every frame; the last one counts.
+  showTime() {
+    const wait = (this.chartsDrawn || -CHARTS_EVERY) + CHARTS_EVERY - performance.now();
+    if (wait > 0) {
+      if (!this.chartsLater) this.chartsLater = setTimeout(() => { this.chartsLater = null; this.showTime(); }, wait);
+      return;
+    }
+    this.chartsDrawn = performance.now();
+    $('time').value = this.time;
+    $('clock').textContent = `${this.time.toFixed(2)} s`;
+    this.drawHead();
+    this.drawCharts();
+  }
   drawCharts() {
-    const now = performance.now();
-    if (this.playing && this.chartsDrawn && now - this.chartsDrawn < 120 && this.time < this.end) return;
-    this.chartsDrawn = now;
-    const {run, unit} = this, m = run.moment(Math.min(this.time, run.end)), n = run.count - 1, x = [], y = [], colours = [];
+    const {run, unit} = this, m = run.moment(Math.min(this.time, run.end)), n = run.count - 1, x = [], y = [], colours = [], markerColour = css(run.marks.now);
     for (let i = 0; i < n; ++i) {
       const force = run.held(run.coupler.axial_force, m, i);
       x.push(i + 1);
@@ -635,9 +700,9 @@ class App {
       colours.push(css(run.forceColour(k === 0 ? Math.sign(force) : k)));
     }
     const yTitle = `${run.coupler.axial_force.field.title} (${unit.shown}), buff positive`;
-    this.along.set({x0: 0.5, x1: Math.max(1.5, n + 0.5), xTitle: 'coupler, counted from the front', yTitle, bars: {x, y, colours}, yRange: [-0.3 * this.most, 0.6 * this.most],
-      marker: this.picked === null ? undefined : this.picked + 1});
-    this.largest.set({x0: 0, x1: Math.max(run.end, 1e-3), xTitle: 'time (s)', yTitle: unit.shown, lines: this.lines, marker: Math.min(this.time, run.end)});
+    this.along.set({step: 1, x0: 0.5, x1: Math.max(1.5, n + 0.5), xTitle: 'coupler, counted from the front', yTitle, bars: {x, y, colours}, yRange: [-0.3 * this.most, 0.6 * this.most],
+      marker: this.picked === null ? undefined : this.picked + 1, markerColour});
+    this.largest.set({x0: 0, x1: Math.max(run.end, 1e-3), xTitle: 'time (s)', yTitle: unit.shown, lines: this.lines, marker: Math.min(this.time, run.end), markerColour});
     this.showPicked(m);
   }
   sayAlong(x) {
@@ -664,8 +729,8 @@ class App {
     const there = picked !== null && picked < run.count;
     $('picked').hidden = !there;
     if (!there) return;
-    const car = run.cars[picked], look = run.looks[run.lookOf(m, picked)];
-    $('picked-title').textContent = `Car ${picked + 1}: ${car.body.replace(/_/g, ' ')}, ${look.words}`;
+    const car = run.cars[picked], look = run.looks[run.lookOf(m, picked)], lie = run.lieOf(m, picked);
+    $('picked-title').textContent = `Car ${picked + 1}: ${car.body.replace(/_/g, ' ')}, ${look.words}${lie > 0 ? `, ${run.lies[lie].words}` : ''}`;
     const rows = [['length', shown(car.length, run.car_units.length), inSi(car.length, run.car_units.length)],
       ['weight', shown(car.weight, run.car_units.weight), inSi(car.weight, run.car_units.weight)]];
     for (const {field} of Object.values(run.car)) {
@@ -685,21 +750,21 @@ class App {
       tr.title = row[3] || '';
       for (let j = 0; j < 3; ++j) if (tr.cells[j].textContent !== row[j]) tr.cells[j].textContent = row[j];
     });
-    const n = run.count - 1, looks = [{colour: '#0072b2'}, {colour: '#d55e00', dash: [5, 2]}];
+    const n = run.count - 1, looks = [line(run.lines.first), line(run.lines.second)];
     if (!this.pickedLines || this.pickedLines.of !== picked || this.pickedLines.run !== this.active) {
       const channel = run.coupler.axial_force;
       const lines = this.couplersOf(picked).map((i, k) => ({...looks[k], name: `coupler ${i + 1}`, x: run.times,
         y: Float64Array.from(run.times, (_, t) => channel.values[t * n + i] * channel.step / unit.per_shown)}));
       this.pickedLines = {of: picked, run: this.active, lines};
     }
-    this.overTime.set({x0: 0, x1: Math.max(run.end, 1e-3), xTitle: 'time (s)', yTitle: unit.shown, lines: this.pickedLines.lines, marker: this.time});
+    this.overTime.set({x0: 0, x1: Math.max(run.end, 1e-3), xTitle: 'time (s)', yTitle: unit.shown, lines: this.pickedLines.lines, marker: this.time, markerColour: css(run.marks.now)});
   }
   pick(car, index) {
     this.focusOn(index);
     this.picked = car === null || Number.isNaN(car) ? null : Math.min(this.run.count - 1, Math.max(0, car));
     $('car').value = this.picked === null ? '' : this.picked + 1;
     if (this.view === 'follow') this.setView('follow');
-    this.chartsDrawn = 0;
+    this.chartsDrawn = null;
     this.seek(this.time);
   }
   setView(name) {
@@ -708,6 +773,13 @@ class App {
     for (const scene of this.scenes) scene.view(name);
     this.wake();
   }
+  // Colours and bars of the cars: how they lie, else what has made them leave the track.
+  showLies(on) {
+    this.lies = on;
+    $('lies').checked = on;
+    for (const scene of this.scenes) scene.legend();
+    this.seek(this.time);
+  }
   // Ticks of events, one row a kind.
   drawEvents() {
     const shown = $('events'), ratio = window.devicePixelRatio || 1, width = shown.clientWidth;
@@ -715,10 +787,9 @@ class App {
     const kinds = [...new Set(this.run.events.map(e => e.kind))].filter(k => k !== 'end');
     const height = 2 + 15 * Math.max(1, kinds.length);
     shown.style.height = `${height}px`;
-    const canvas = document.createElement('canvas');
-    shown.width = canvas.width = Math.round(width * ratio);
-    shown.height = canvas.height = Math.round(height * ratio);
-    const c = canvas.getContext('2d');
+    shown.width = Math.round(width * ratio);
+    shown.height = Math.round(height * ratio);
+    const c = pen(shown);
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.ticks = [];
     c.font = '11px system-ui, sans-serif';
@@ -732,7 +803,7 @@ class App {
       const k = kinds.indexOf(event.kind);
       if (k < 0) continue;
       const x = this.xOf(event.time);
-      c.fillStyle = KIND_COLOURS[event.kind] || '#000';
+      c.fillStyle = css(this.run.event_colours[event.kind]);
       c.fillRect(x - 1, k * row + 1, 2.5, row - 2);
       this.ticks.push({x, y: (k + 0.5) * row, event});
     }
@@ -743,18 +814,12 @@ class App {
       c.fillStyle = '#1a1c20';
       c.fillText(kind, width - w - 4, (k + 0.5) * row);
     });
-    this.eventsPicture = canvas;
     this.drawHead();
   }
   // As the slider has it: its knob is 16 px wide.
   xOf(t) { return 8 + t / this.end * ($('events').clientWidth - 16); }
-  drawHead() {
-    if (!this.eventsPicture) return;
-    const canvas = $('events'), c = canvas.getContext('2d'), ratio = window.devicePixelRatio || 1;
-    c.drawImage(this.eventsPicture, 0, 0);
-    c.fillStyle = '#e69f00';
-    c.fillRect(ratio * (this.xOf(this.time) - 1), 0, 2 * ratio, canvas.height);
-  }
+  // The line at the moment that is shown: nothing else of the time line changes with it.
+  drawHead() { $('now').style.transform = `translateX(${this.xOf(this.time) - 1}px)`; }
   nearest(e) {
     const box = $('events').getBoundingClientRect(), x = e.clientX - box.left, y = e.clientY - box.top;
     let best = null, least = 14;
@@ -770,7 +835,7 @@ class App {
     const car = event.car || event.coupler;
     this.picked = car ? car - 1 : this.picked;
     $('car').value = this.picked === null ? '' : this.picked + 1;
-    this.chartsDrawn = 0;
+    this.chartsDrawn = null;
     this.seek(event.time);
     $('event').textContent = `${event.time.toFixed(2)} s: ${event.text}`;
     document.querySelectorAll('.events tr.now').forEach(r => r.classList.remove('now'));
@@ -789,6 +854,7 @@ class App {
       const near = this.nearest(e), box = events.getBoundingClientRect();
       if (near) this.goTo(near, this.active); else this.seek((e.clientX - box.left - 8) / Math.max(1, box.width - 16) * this.end);
     });
+    $('lies').addEventListener('change', e => this.showLies(e.target.checked));
     new ResizeObserver(() => this.drawEvents()).observe(events);
     for (const table of document.querySelectorAll('table.events')) {
       const index = parseInt(table.dataset.run, 10);
@@ -807,8 +873,12 @@ class App {
     });
   }
   key(e) {
-    if (e.ctrlKey || e.altKey || e.metaKey || /^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName)) return;
-    if (e.key === ' ' && e.target.tagName === 'BUTTON' && e.target !== $('play')) return;
+    // Whatever has the focus has its own keys first.
+    if (e.defaultPrevented || e.ctrlKey || e.altKey || e.metaKey) return;
+    const {tagName, type} = e.target, tick = tagName === 'INPUT' && type === 'checkbox';
+    if (/^(SELECT|TEXTAREA)$/.test(tagName) || (tagName === 'INPUT' && !tick && type !== 'range')) return;
+    if (type === 'range' && /^(Arrow|Home|End|Page)/.test(e.key)) return;
+    if ((e.key === ' ' || e.key === 'Enter') && (tick || /^(BUTTON|SUMMARY|TH|A)$/.test(tagName))) return;
     const byEvent = way => {
       const times = this.run.events.filter(v => way > 0 ? v.time > this.time + 1e-6 : v.time < this.time - 1e-6);
       if (times.length > 0) this.goTo(times.reduce((a, b) => way * (b.time - a.time) < 0 ? b : a), this.active);
@@ -828,6 +898,7 @@ class App {
       '+': () => faster(1), '-': () => faster(-1),
       n: () => next(1), p: () => next(-1), Escape: () => this.pick(null, this.active),
       w: () => this.setView('wreck'), a: () => this.setView('above'), t: () => this.setView('train'), f: () => this.setView('follow'),
+      l: () => this.showLies(!this.lies),
     };
     if (!actions[e.key]) return;
     e.preventDefault();
@@ -835,7 +906,7 @@ class App {
   }
   // For tests and for the console: where a car is now, in the world [m], [rad].
   carNow(i) {
-    const {run} = this, m = run.moment(Math.min(this.time, run.end)), values = {look: run.looks[run.lookOf(m, i)].words};
+    const {run} = this, m = run.moment(Math.min(this.time, run.end)), values = {look: run.looks[run.lookOf(m, i)].words, lie: run.lies[run.lieOf(m, i)].words};
     for (const name of Object.keys(run.car)) values[name] = run.value(run.car[name], m, i);
     return values;
   }
