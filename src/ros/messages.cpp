@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/writer.hpp"
@@ -180,6 +181,7 @@ Inputs to_message(const inputs::Scenario& s, const std::vector<model::Car>& cars
     m.car_height.push_back(car.roof_height);
     m.car_body.push_back(car.body);
   }
+  m.track_heading = s.track.heading.value_or(std::numeric_limits<double>::quiet_NaN());
   m.speed = s.initial.speed;
   m.yaw_rate = s.initial.yaw_rate;
   m.on_track_friction = s.ground.on_track_friction;

@@ -7,13 +7,16 @@
 #include <QString>
 #include <QWidget>
 
+#include "train_derail/scene/marks.hpp"
+
 namespace train_derail::rviz_panel {
 
 inline QColor error_color() { return {0xc0, 0x1c, 0x28}; }
 inline QColor good_color() { return {0x1a, 0x7f, 0x37}; }
 inline QColor waiting_color() { return {0x9a, 0x67, 0x00}; }
-inline QColor buff_color() { return {0xc0, 0x39, 0x2b}; }
-inline QColor draft_color() { return {0x1f, 0x6f, 0xb4}; }
+inline QColor to_color(const scene::Rgb& c) { return {c.r, c.g, c.b}; }
+inline QColor buff_color() { return to_color(scene::kBuffLine.colour); }
+inline QColor draft_color() { return to_color(scene::kDraftLine.colour); }
 inline QColor now_color() { return {0x30, 0x30, 0x30}; }
 inline QColor quiet_color() { return {0x6a, 0x6a, 0x6a}; }
 

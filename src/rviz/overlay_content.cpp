@@ -165,7 +165,8 @@ bool TrainMap::operator==(const TrainMap& o) const {
   const auto same = [](const MapCar& a, const MapCar& b) {
     return a.x == b.x && a.y == b.y && a.heading == b.heading && a.look == b.look;
   };
-  return facts(*this) == facts(o) && std::equal(cars.begin(), cars.end(), o.cars.begin(), o.cars.end(), same);
+  return facts(*this) == facts(o) && north == o.north &&
+         std::equal(cars.begin(), cars.end(), o.cars.begin(), o.cars.end(), same);
 }
 
 TrainMap make_map(const NodeView& view) {
@@ -176,6 +177,9 @@ TrainMap make_map(const NodeView& view) {
   const Eigen::Vector2d line = at(cars.front().pose.position) - at(cars.back().pose.position);
   const double heading = line.isZero() ? 0.0 : std::atan2(line.y(), line.x());
   const Eigen::Rotation2Dd to_map(-heading);
+  if (view.inputs && view.inputs->run_id == view.cars->run_id && std::isfinite(view.inputs->track_heading)) {
+    map.north = view.inputs->track_heading - heading;  // +x of the world is the direction of travel at the point
+  }
   // The point of derailment is the origin of the world frame.
   Eigen::AlignedBox2d around(Eigen::Vector2d::Zero().eval());
   const bool yield = rails_yield(view);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <bitset>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -94,6 +95,7 @@ struct TrainMap {
   std::vector<MapCar> cars;                                 // in the frame of the map: x ahead
   double left = 0.0, right = 0.0, bottom = 0.0, top = 0.0;  // of all [m]
   double point_x = 0.0, point_y = 0.0;                      // the point of derailment
+  std::optional<double> north;                              // where it is, against x [rad]; if that is known
   double heap_x = 0.0, heap_y = 0.0, heap_turn = 0.0, heap_length = 0.0, heap_width = 0.0;
 
   bool operator==(const TrainMap& o) const;

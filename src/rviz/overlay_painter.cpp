@@ -12,6 +12,8 @@
 #include <QPolygonF>
 #include <QString>
 
+#include "train_derail/scene/marks.hpp"
+
 namespace train_derail::rviz_panel {
 
 namespace {
@@ -21,7 +23,6 @@ using scene::Look;
 const QColor kPlate(16, 20, 26, 208);
 const QColor kText(255, 255, 255);
 const QColor kQuiet(200, 206, 214);
-const QColor kStar(255, 236, 90);
 
 constexpr double kTextLeast = 13.0;       // on a common screen [pixels]
 constexpr double kTextsInPicture = 48.0;  // this many lines fill a picture
@@ -110,13 +111,23 @@ void draw_broken(QPainter& p, const QRectF& box) {
 
 void draw_star(QPainter& p, const QRectF& box) {
   QPolygonF star;
-  for (int i = 0; i < 16; ++i) {
-    const double r = (i % 2 == 0 ? 0.5 : 0.22) * box.height(), a = M_PI * i / 8.0;
+  for (int i = 0; i < 2 * scene::kStarRays; ++i) {
+    const double r = (i % 2 == 0 ? 0.5 : 0.5 * scene::kStarInner) * box.height(), a = M_PI * i / scene::kStarRays;
     star << box.center() + QPointF(r * std::cos(a), r * std::sin(a));
   }
   p.setPen(Qt::NoPen);
-  p.setBrush(kStar);
+  p.setBrush(to_qt(scene::kStarRim));
   p.drawPolygon(star);
+}
+
+/// A needle that points to the angle `turn` against x, to the left [rad].
+void draw_north(QPainter& p, const QPointF& middle, double length, double turn) {
+  const QPointF ahead(length * std::cos(turn), -length * std::sin(turn)), aside(0.38 * ahead.y(), -0.38 * ahead.x());
+  p.setPen(QPen(kText, std::max(1.0, 0.07 * length)));
+  p.setBrush(Qt::NoBrush);
+  p.drawPolygon(QPolygonF() << middle - ahead << middle + aside << middle - aside);
+  p.setBrush(kText);
+  p.drawPolygon(QPolygonF() << middle + ahead << middle + aside << middle - aside);
 }
 
 /// Two arrows: away from each other in draft, towards each other in buff.
@@ -361,6 +372,11 @@ QImage paint_map(const TrainMap& map, const Space& space) {
   p.setPen(QPen(kText, 1.5 * thin));
   p.drawLine(QPointF(pad + thin, tick - 0.5 * space.text), QPointF(pad + thin, tick + 0.5 * space.text));
   plate.write(pad + 0.6 * space.text, row + line, line, "point of derailment", font);
+  if (map.north) {
+    const QPointF place(space.width - pad - 0.9 * line, row + line);
+    draw_north(p, place, 0.85 * line, *map.north);
+    plate.write(place.x() - 2.1 * line, row + 0.5 * line, line, "N", font_of(space.text, true));
+  }
   return plate.take();
 }
 

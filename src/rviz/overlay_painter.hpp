@@ -22,7 +22,7 @@ double text_height(int picture_height, double pixel_ratio);
 QImage paint_strip(const Strip& strip, const Space& space);
 /// The legend is as small as it can be; where it is too high its text becomes smaller.
 QImage paint_legend(const Entries& entries, const Space& space);
-/// The map is as wide as the space.
+/// The map is as wide as the space. An arrow points north if that is known.
 QImage paint_map(const TrainMap& map, const Space& space);
 
 }  // namespace train_derail::rviz_panel

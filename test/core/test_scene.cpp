@@ -133,9 +133,9 @@ inputs::Scenario hill() {
 /// Height of a part nearest to a place.
 double height_near(const Points& points, const Point& place) {
   const auto distance = [&](const Point& p) { return std::hypot(p.x - place.x, p.y - place.y); };
-  return std::min_element(points.begin(), points.end(), [&](const Point& a, const Point& b) {
-           return distance(a) < distance(b);
-         })->z;
+  return std::min_element(points.begin(), points.end(),
+                          [&](const Point& a, const Point& b) { return distance(a) < distance(b); })
+      ->z;
 }
 
 TEST(TrackPicture, LiesOnTheHillWithItsSuperelevation) {
@@ -151,7 +151,8 @@ TEST(TrackPicture, LiesOnTheHillWithItsSuperelevation) {
     const model::Track::Node node = track.at(at);
     const model::TrackProfile::Place place = profile.at(at);
     for (const double left : {-0.7175, 0.7175}) {
-      const Point p = make_point(node.point.x() - left * node.tangent.y(), node.point.y() + left * node.tangent.x(), 0.0);
+      const Point p =
+          make_point(node.point.x() - left * node.tangent.y(), node.point.y() + left * node.tangent.x(), 0.0);
       // A corner is at most half a piece away: 5 m of a grade of two in a hundred.
       EXPECT_NEAR(height_near(picture.rails, p) - rail, place.height + place.tilt * left, 0.12) << at << ' ' << left;
       EXPECT_NEAR(height_near(picture.ballast, p), place.bed, 0.35) << at;
@@ -161,7 +162,8 @@ TEST(TrackPicture, LiesOnTheHillWithItsSuperelevation) {
   // In a curve to the right the left rail is the higher one.
   const model::Track::Node node = track.at(-100.0);
   const auto beside = [&](double left) {
-    return height_near(picture.rails, make_point(node.point.x() - left * node.tangent.y(), node.point.y() + left * node.tangent.x(), 0.0));
+    return height_near(picture.rails, make_point(node.point.x() - left * node.tangent.y(),
+                                                 node.point.y() + left * node.tangent.x(), 0.0));
   };
   EXPECT_NEAR(beside(0.7175) - beside(-0.7175), 0.15, 0.03);
 }
@@ -205,7 +207,8 @@ Recorded record(int cars, int moments, int peak) {
       now.cars[i].front_truck.s = now.cars[i].x + 6.0;
       now.cars[i].rear_truck.s = now.cars[i].x - 6.0;
     }
-    for (std::size_t i = 0; i + 1 < train.size(); ++i) now.couplers[i].buff_peak = k == peak ? 1e6 * static_cast<double>(i + 1) : 1e3;
+    for (std::size_t i = 0; i + 1 < train.size(); ++i)
+      now.couplers[i].buff_peak = k == peak ? 1e6 * static_cast<double>(i + 1) : 1e3;
     replay.add(now, {});
   }
   Recorded r{nlohmann::json::parse(replay.document("title", {}, {})), train.size(), 0};
@@ -231,7 +234,8 @@ TEST(Replay, ALongRunIsThinnedButKeepsItsEndsAndItsLargestForces) {
       EXPECT_EQ(times.front(), 0.0);
       EXPECT_DOUBLE_EQ(times.back(), 0.02 * (moments - 1));
       for (std::size_t k = 2; k + 1 < times.size(); ++k)
-        ASSERT_NEAR(times[k] - times[k - 1], times[1] - times[0], 1e-9) << moments << ": moments are equally far apart but for the last";
+        ASSERT_NEAR(times[k] - times[k - 1], times[1] - times[0], 1e-9)
+            << moments << ": moments are equally far apart but for the last";
       // Every channel belongs to the same moments.
       const std::vector<std::int32_t> x = r.channel(0), peaks = r.channel(r.coupler_channel("buff_peak"));
       ASSERT_EQ(x.size(), 100 * r.moments);
@@ -239,10 +243,12 @@ TEST(Replay, ALongRunIsThinnedButKeepsItsEndsAndItsLargestForces) {
       ASSERT_EQ(r.document["channels"].back().size(), r.moments);
       for (std::size_t k = 0; k < r.moments; ++k) ASSERT_NEAR(0.01 * x[100 * k + 2], times[k] - 40.0, 0.0051);
       // The peak stands once, at the first moment that is not before it.
-      const auto at = static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), 0.02 * peak - 1e-9) - times.begin());
+      const auto at =
+          static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), 0.02 * peak - 1e-9) - times.begin());
       for (std::size_t i = 0; i < 99; ++i) {
         for (std::size_t k = 0; k < r.moments; ++k)
-          ASSERT_EQ(peaks[99 * k + i], k == at ? 1000 * static_cast<std::int32_t>(i + 1) : 1) << moments << ' ' << peak << ' ' << k;
+          ASSERT_EQ(peaks[99 * k + i], k == at ? 1000 * static_cast<std::int32_t>(i + 1) : 1)
+              << moments << ' ' << peak << ' ' << k;
       }
     }
   }

@@ -16,6 +16,9 @@
 #include "train_derail/scene/car_shape.hpp"
 
 namespace train_derail::ros_face {
+
+using namespace scene;
+
 namespace {
 
 using test::Shown;
@@ -78,7 +81,10 @@ struct Watched {
   std::size_t sent = 0;
 };
 
-model::Car car_of(const std::string& body, double length) { return {body, 6e4, 6e5, 1e6, length, 0.6 * length, 3.0}; }
+constexpr double kRoof = 4.2;
+model::Car car_of(const std::string& body, double length) {
+  return {body, 6e4, 6e5, 1e6, length, 0.6 * length, 3.0, 2.0, 1.1, kRoof};
+}
 
 TEST(CarShape, FitsTheFootprintAndFacesUp) {
   for (const std::string& body : kBodies) {
@@ -97,7 +103,7 @@ TEST(CarShape, FitsTheFootprintAndFacesUp) {
       EXPECT_GE(reach, 0.9 * 0.5 * length) << body;
       EXPECT_LE(side, 1.5 + 1e-9) << body;
       EXPECT_GE(side, 0.9 * 1.5) << body;
-      EXPECT_NEAR(top, kRoofHeight, 1e-9) << body;
+      EXPECT_NEAR(top, kRoof, 1e-9) << body;
       // RViz lights a face from the side that its corners run round counter-clockwise.
       for (const Points* points : {&shape.body, &shape.dark}) {
         for (std::size_t i = 0; i < points->size(); i += 3) {

@@ -26,6 +26,9 @@
 #include "train_derail/simulation/fields.hpp"
 
 namespace train_derail::ros_face {
+
+using namespace scene;
+
 namespace {
 
 using XmlRpc::XmlRpcValue;

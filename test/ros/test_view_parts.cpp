@@ -1,5 +1,6 @@
 // What the 3D view is made of, without RViz, node or master: where the camera stands, what the overlay says.
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -140,6 +141,7 @@ class Overlay : public testing::Test {
     cars.cars[3].twist.linear.x = 10.0;
     couplers.couplers.resize(3);
     inputs.title = "A test";
+    inputs.track_heading = std::numeric_limits<double>::quiet_NaN();
     inputs.on_track_law = "rails";
     info.state = RunInfo::RUNNING;
     pile_up.pose.position.x = 20.0;
@@ -292,6 +294,11 @@ TEST_F(Overlay, TheMapIsAlongTheTrain) {
   EXPECT_EQ(map.heap_length, 100.0);
   EXPECT_NEAR(map.right - map.left, 60.0 + 2.0 * kMapHalfCar, 1e-9);
   EXPECT_TRUE(map == make_map(view()));
+  EXPECT_FALSE(map.north.has_value());
+  inputs.track_heading =
+      M_PI / 3.0;  // +x of the world is 60 degrees east of north; the map has +y of the world to the right
+  EXPECT_NEAR(*make_map(view()).north, M_PI / 3.0 - M_PI_2, 1e-9);
+  EXPECT_FALSE(map == make_map(view()));
   cars.cars[2].pose.position.x = 1.0;
   EXPECT_FALSE(map == make_map(view()));
   EXPECT_EQ(scale_bar(700.0).text, "2000 ft (610 m)");

@@ -5,7 +5,9 @@ const pen = canvas => canvas.getContext('2d', {willReadFrequently: true});
 class Chart {
   // readout(x) returns the words for the place x, pick(x) is called where it is clicked.
   constructor(canvas, readout, {readoutFor, pick} = {}) {
-    Object.assign(this, {canvas, readout, readoutFor, pick, at: null});
+    Object.assign(this, {canvas, readout, readoutFor, pick, at: null, head: document.createElement('div')});
+    this.head.className = 'head';
+    canvas.after(this.head);
     const place = e => {
       const box = canvas.getBoundingClientRect();
       this.at = this.toX(e.clientX - box.left);
@@ -36,8 +38,22 @@ class Chart {
     const {x0, x1} = this.spec || {x0: 0, x1: 1}, f = (px - this.left) / Math.max(1, this.width - this.left - 8);
     return x0 + (x1 - x0) * Math.min(1, Math.max(0, f));
   }
-  // spec: x0, x1, xTitle, yTitle, lines: [{x, y, colour, width, dash, name}], bars: {y, colours}, marker: x, markerColour, step: of the arrow keys
+  // spec: x0, x1, xTitle, yTitle, lines: [{x, y, colour, width, dash, name}], bars: {y, colours}, step: of the arrow keys
   set(spec) { this.spec = spec; this.draw(); if (this.at !== null) this.readout.textContent = this.readoutFor(this.at); }
+  // Moves the line at what is shown, and nothing else; undefined: there is none.
+  mark(x, colour) {
+    this.marked = x;
+    this.head.style.background = colour;
+    this.placeHead();
+    if (this.at !== null) this.readout.textContent = this.readoutFor(this.at);
+  }
+  placeHead() {
+    const {spec, marked, left, width} = this;
+    this.head.hidden = !spec || marked === undefined || !(width > 0);
+    if (this.head.hidden) return;
+    const px = left + (marked - spec.x0) / (spec.x1 - spec.x0) * (width - left - 8);
+    this.head.style.transform = `translateX(${px - 0.75}px)`;
+  }
   static ticks(from, to, count) {
     const raw = (to - from) / count, power = 10 ** Math.floor(Math.log10(raw)), step = [1, 2, 5, 10].find(s => s * power >= raw) * power;
     const all = [];
@@ -118,7 +134,7 @@ class Chart {
       right -= 34;
     }
     const rule = (x, colour) => { c.strokeStyle = colour; c.lineWidth = 1.5; c.beginPath(); c.moveTo(px(x), top); c.lineTo(px(x), bottom); c.stroke(); };
-    if (spec.marker !== undefined) rule(spec.marker, spec.markerColour);
+    this.placeHead();
     if (this.at !== null) rule(this.at, '#1a1c20');
   }
   static number(v) { return Math.abs(v) >= 10000 ? v.toExponential(0) : String(+v.toPrecision(6)).replace('-', '\u2212'); }

@@ -201,7 +201,8 @@ class Scene {
   constructor(figure, run, index, app) {
     Object.assign(this, {figure, run, index, app, canvas: figure.querySelector('canvas')});
     this.sharpness = Math.min(window.devicePixelRatio || 1, 2);
-    this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, antialias: this.sharpness < 1.5 && !drawnBySoftware()});
+    this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, stencil: false,
+      antialias: this.sharpness < 1.5 && !drawnBySoftware()});
     this.renderer.setPixelRatio(this.sharpness);
     this.slow = 0;
     const sky = colourOf(run.marks.sky);
@@ -691,7 +692,7 @@ class App {
     this.drawCharts();
   }
   drawCharts() {
-    const {run, unit} = this, m = run.moment(Math.min(this.time, run.end)), n = run.count - 1, x = [], y = [], colours = [], markerColour = css(run.marks.now);
+    const {run, unit} = this, m = run.moment(Math.min(this.time, run.end)), n = run.count - 1, x = [], y = [], colours = [], now = css(run.marks.now);
     for (let i = 0; i < n; ++i) {
       const force = run.held(run.coupler.axial_force, m, i);
       x.push(i + 1);
@@ -700,9 +701,11 @@ class App {
       colours.push(css(run.forceColour(k === 0 ? Math.sign(force) : k)));
     }
     const yTitle = `${run.coupler.axial_force.field.title} (${unit.shown}), buff positive`;
-    this.along.set({step: 1, x0: 0.5, x1: Math.max(1.5, n + 0.5), xTitle: 'coupler, counted from the front', yTitle, bars: {x, y, colours}, yRange: [-0.3 * this.most, 0.6 * this.most],
-      marker: this.picked === null ? undefined : this.picked + 1, markerColour});
-    this.largest.set({x0: 0, x1: Math.max(run.end, 1e-3), xTitle: 'time (s)', yTitle: unit.shown, lines: this.lines, marker: Math.min(this.time, run.end), markerColour});
+    this.along.set({step: 1, x0: 0.5, x1: Math.max(1.5, n + 0.5), xTitle: 'coupler, counted from the front', yTitle, bars: {x, y, colours}, yRange: [-0.3 * this.most, 0.6 * this.most]});
+    this.along.mark(this.picked === null ? undefined : this.picked + 1, now);
+    // What does not change with the time is drawn once.
+    if (this.largest.spec === undefined || this.largest.spec.lines !== this.lines) this.largest.set({x0: 0, x1: Math.max(run.end, 1e-3), xTitle: 'time (s)', yTitle: unit.shown, lines: this.lines});
+    this.largest.mark(Math.min(this.time, run.end), now);
     this.showPicked(m);
   }
   sayAlong(x) {
@@ -757,7 +760,8 @@ class App {
         y: Float64Array.from(run.times, (_, t) => channel.values[t * n + i] * channel.step / unit.per_shown)}));
       this.pickedLines = {of: picked, run: this.active, lines};
     }
-    this.overTime.set({x0: 0, x1: Math.max(run.end, 1e-3), xTitle: 'time (s)', yTitle: unit.shown, lines: this.pickedLines.lines, marker: this.time, markerColour: css(run.marks.now)});
+    if (this.overTime.spec === undefined || this.overTime.spec.lines !== this.pickedLines.lines) this.overTime.set({x0: 0, x1: Math.max(run.end, 1e-3), xTitle: 'time (s)', yTitle: unit.shown, lines: this.pickedLines.lines});
+    this.overTime.mark(Math.min(this.time, run.end), css(run.marks.now));
   }
   pick(car, index) {
     this.focusOn(index);
