@@ -6,6 +6,8 @@ import glob
 import os
 import re
 import shutil
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -132,6 +134,22 @@ class InstallTest(unittest.TestCase):
         self.assertEqual(self.consume('sanitized', '-fsanitize=address -DEIGEN_MAX_STATIC_ALIGN_BYTES=0'), plain)
         if ROS:
             self.assertEqual(self.consume('catkin', '-march=native', catkin=True), plain)
+            self.listen(os.path.join(self.folder, 'catkin', 'listener'), int(re.search(r'off track (\d+)', plain).group(1)))
+
+    def listen(self, listener, off_track):
+        """The installed node and somebody else's, which hears what the library has computed."""
+        with socket.socket() as free:
+            free.bind(('localhost', 0))
+            port = str(free.getsockname()[1])
+        environment = plain_environment(ROS_MASTER_URI='http://localhost:' + port, ROS_HOSTNAME='localhost')
+        sourced = ['sh', '-c', '. "%s/setup.sh" && export ROS_MASTER_URI=http://localhost:%s && exec "$@"' % (self.prefix, port), 'sh']
+        launched = subprocess.Popen([*sourced, 'roslaunch', 'train_derail', 'sim.launch', 'rviz:=false', 'rate:=0', 'start_paused:=true',
+                                     'config:=' + self.scenarios()[0]], stdout=subprocess.DEVNULL, stderr=subprocess.STDOUT, env=environment)
+        try:
+            self.assertIn('%d off track' % off_track, self.run_well(*sourced, listener, env=environment))
+        finally:
+            launched.send_signal(signal.SIGINT)
+            launched.wait(timeout=120)
 
     def test_pkg_config(self):
         # catkin has a file of the package's own name, for programs within its environment.

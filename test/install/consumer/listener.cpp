@@ -1,0 +1,23 @@
+// A node of somebody else's: starts a simulator that waits, listens to its outcome, ends with the run.
+#include <cstdio>
+
+#include <ros/ros.h>
+#include <std_srvs/Trigger.h>
+
+#include "train_derail/Outcome.h"
+
+void heard(const train_derail::Outcome& outcome) {
+  if (outcome.ended == train_derail::Outcome::RUNNING) return;
+  std::printf("%u off track\n", outcome.cars_off_track);
+  ros::shutdown();
+}
+
+int main(int count, char** arguments) {
+  ros::init(count, arguments, "listener");
+  ros::NodeHandle node;
+  const ros::Subscriber outcomes = node.subscribe("/train_derail/outcome", 1000, heard);
+  if (!ros::service::waitForService("/train_derail/resume", ros::Duration(300.0))) return 1;
+  std_srvs::Trigger resume;
+  if (!ros::service::call("/train_derail/resume", resume) || !resume.response.success) return 1;
+  ros::spin();
+}
