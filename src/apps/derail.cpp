@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -25,7 +26,6 @@
 #include "train_derail/fields/reference.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
-#include "train_derail/inputs/train_list.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/outcome/fields.hpp"
@@ -34,6 +34,7 @@
 #include "train_derail/scene/event_detector.hpp"
 #include "train_derail/scene/replay.hpp"
 #include "train_derail/simulation/fields.hpp"
+#include "train_derail/simulation/output_grid.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/simulation/trajectory_csv.hpp"
 #include "validate_command.hpp"
@@ -56,10 +57,7 @@ struct RunArguments {
 
 inputs::Scenario read(const RunArguments& a) {
   apps::expect(files::FileKind::scenario, a.file);
-  inputs::Scenario scenario = inputs::read_scenario_file(a.file, apps::overrides(a.set));
-  const std::vector<std::string> assumed = inputs::assumptions(a.file, apps::overrides(a.set));
-  if (!assumed.empty()) apps::say_assumptions("consist is a train list; assumed:", assumed);
-  return scenario;
+  return inputs::read_scenario_file(a.file, apps::overrides(a.set));
 }
 
 /// Returns how far the run has got, in [0, 1]: the share of speed that is lost, or of stop.time_max that is over. The
@@ -115,7 +113,7 @@ class Outputs {
     open(a.json, json_);
     open(a.html, html_);
     if (html_) apps::require_page_maker();
-    open(a.checkpoint, checkpoint_);
+    open(a.checkpoint, checkpoint_, files::Compression::never);
   }
 
   /// Must be called before the first step.
@@ -150,20 +148,33 @@ class Outputs {
     checkpoint_->commit();
     saved_ = true;
   }
-  /// Returns the names of what has been written.
+  /// Returns the names of what has been written. One that fails does not keep the others from being written, the page
+  /// last: another program makes it. Then throws what failed first.
   std::vector<std::string> finish(const simulation::Simulation& s, const outcome::Outcome& outcome) {
-    if (csv_) write(states_.last());
-    if (incidents_) outcome::write_incidents_csv(incidents_->stream(), s.incidents());
-    if (json_) json_->stream() << outcome::to_json(outcome) << "\n";
-    if (html_) html_->stream() << replay_page(s, outcome);
     std::vector<std::string> written;
-    for (auto* file : {&csv_, &incidents_, &json_, &html_}) {
-      if (!*file) continue;
-      (*file)->commit();
-      written.push_back((*file)->path());
-    }
+    std::exception_ptr failure;
+    const auto attempt = [&](const auto& action) {
+      try {
+        written.push_back(action());
+      } catch (const std::exception&) {
+        if (!failure) failure = std::current_exception();
+      }
+    };
+    const auto complete = [&attempt](std::optional<files::OutputFile>& file, const auto& write_rest) {
+      if (!file) return;
+      attempt([&] {
+        write_rest(file->stream());
+        file->commit();
+        return file->path();
+      });
+    };
+    complete(csv_, [this](std::ostream&) { write(states_.last()); });
+    complete(incidents_, [&s](std::ostream& out) { outcome::write_incidents_csv(out, s.incidents()); });
+    complete(json_, [&outcome](std::ostream& out) { out << outcome::to_json(outcome) << "\n"; });
     if (saved_) written.push_back(checkpoint_->path());
-    if (bag_) written.push_back(bag_->close(s, outcome));
+    if (bag_) attempt([&] { return bag_->close(s, outcome); });
+    complete(html_, [&](std::ostream& out) { out << replay_page(s, outcome); });
+    if (failure) std::rethrow_exception(failure);
     return written;
   }
   /// Whether a file goes to standard output; nothing else may be printed then.
@@ -181,10 +192,10 @@ class Outputs {
     return apps::make_page("replay", "{\"version\":\"" TRAIN_DERAIL_VERSION "\",\"runs\":[" +
                                          replay_->document(name_, outcome, s.touches()) + "]}");
   }
-  void open(const std::optional<std::string>& path, std::optional<files::OutputFile>& file) {
+  void open(const std::optional<std::string>& path, std::optional<files::OutputFile>& file,
+            files::Compression compression = files::Compression::by_name) {
     if (!path) return;
-    file.emplace(*path, existing_, &apps::stop);
-    if (files::named_gzip(*path) && &file != &checkpoint_) file->compress();
+    file.emplace(*path, existing_, &apps::stop, compression);
     paths_.push_back(*path);
   }
   void write(const simulation::Snapshot* state) {
@@ -250,12 +261,8 @@ int run(const RunArguments& a) {
     apps::ProgressLine progress(!a.quiet);
     if (!progress.shown() && !outputs.follows() && !outputs.saves())
       simulation.run(&apps::stop);  // without stops at the output grid, since nobody needs them
-    const double interval = scenario.output.interval;
-    for (auto tick = static_cast<std::int64_t>(simulation.time() / interval) + 1; !simulation.ended() && !apps::stop;
-         ++tick) {
-      const double before = simulation.time();
-      simulation.advance(static_cast<double>(tick) * interval, &apps::stop);
-      if (simulation.time() > before) outputs.grid_point(tick, simulation);
+    for (simulation::OutputGrid grid(simulation); !simulation.ended() && !apps::stop;) {
+      if (grid.advance(&apps::stop)) outputs.grid_point(grid.point(), simulation);
       if (outputs.saves() && (simulation.time() >= save_at || simulation.ended())) outputs.save(simulation);
       progress.update(progress_of(simulation),
                       fmt::format("{:.1f} s simulated{}", simulation.time(), outputs.table_size()));

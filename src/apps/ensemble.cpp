@@ -34,9 +34,6 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   std::optional<files::OutputFile> csv, json;
   if (a.csv) csv.emplace(*a.csv, existing(a.force), &stop);
   if (a.json) json.emplace(*a.json, existing(a.force), &stop);
-  for (auto* file : {&csv, &json}) {
-    if (*file && files::named_gzip((*file)->path())) (*file)->compress();
-  }
   std::vector<outcome::Outcome> outcomes;
   {
     ProgressLine progress(!a.quiet);

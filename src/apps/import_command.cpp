@@ -30,10 +30,15 @@ inputs::CarTypes types_of(const std::optional<std::string>& path) {
 /// How a file names another one: from its own folder, if it has one.
 std::string seen_from(const std::string& file, const std::string& other) {
   if (file == "-") return other;
-  std::error_code error;
-  const fs::path folder = fs::absolute(file).parent_path();
-  const fs::path relative = fs::relative(fs::absolute(other), folder, error);
-  return error || relative.empty() ? fs::absolute(other).string() : relative.string();
+  // By the names alone, as the reader of scenarios does it: links are not followed.
+  const fs::path folder = fs::absolute(file).lexically_normal().parent_path();
+  return fs::absolute(other).lexically_normal().lexically_relative(folder).string();
+}
+
+/// Prints what was assumed on standard error, one line each.
+void say_assumptions(const std::string& heading, const std::vector<std::string>& assumptions) {
+  std::cerr << "derail: " << heading << "\n";
+  for (const std::string& a : assumptions) std::cerr << "  " << files::printable(a) << "\n";
 }
 
 int import_consist(const ConsistArguments& a) {
@@ -45,7 +50,7 @@ int import_consist(const ConsistArguments& a) {
   double coupler_length = inputs::Coupler{}.length;
   if (a.base) {
     const std::string folder = fs::path(*a.base).parent_path().string();
-    coupler_length = inputs::coupler_length(inputs::layers(inputs::load_file(*a.base), *a.base, folder).tree);
+    coupler_length = inputs::coupler_length(inputs::layers(inputs::load_file(*a.base), *a.base, folder), *a.base);
   }
   inputs::TrainList train = inputs::read_train_list(a.file, types, coupler_length);
   const std::string text = inputs::to_scenario(train, a.file, a.base ? seen_from(a.out, *a.base) : "");
@@ -55,11 +60,6 @@ int import_consist(const ConsistArguments& a) {
 }
 
 }  // namespace
-
-void say_assumptions(const std::string& heading, const std::vector<std::string>& assumptions) {
-  std::cerr << "derail: " << heading << "\n";
-  for (const std::string& a : assumptions) std::cerr << "  " << files::printable(a) << "\n";
-}
 
 void add_import_command(CLI::App& app, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("import", "Make a scenario of a train list");

@@ -3,15 +3,10 @@
 #pragma once
 
 #include <functional>
-#include <string>
-#include <vector>
 
 #include <CLI/CLI.hpp>
 
 namespace train_derail::apps {
-
-/// Prints what was assumed on standard error, one line each.
-void say_assumptions(const std::string& heading, const std::vector<std::string>& assumptions);
 
 /// Adds the command; `chosen` is set to what it does if it is chosen.
 void add_import_command(CLI::App& app, std::function<int()>& chosen);

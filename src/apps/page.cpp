@@ -93,7 +93,11 @@ std::string run_script(std::vector<std::string> arguments, const std::string& in
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return out.read();
   std::string message = said.read();
   while (!message.empty() && message.back() == '\n') message.pop_back();
-  throw std::runtime_error(message.empty() ? fmt::format("{} failed", arguments[0]) : message);
+  const std::string how = WIFSIGNALED(status) ? fmt::format("killed by signal {} ({})", WTERMSIG(status),
+                                                            strsignal(WTERMSIG(status)))
+                                              : fmt::format("exit code {}", WEXITSTATUS(status));
+  throw std::runtime_error(fmt::format("the page could not be made: {}: {}{}{}", kScript, how,
+                                       message.empty() ? "" : ": ", message));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "train_derail/files/number.hpp"
+#include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/units.hpp"
 
@@ -15,12 +16,6 @@ namespace train_derail::apps {
 namespace {
 
 using inputs::InputError;
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
-}
 
 std::vector<int> car_numbers(const std::string& text, int count) {
   const auto refuse = [&](const std::string& problem) {
@@ -33,8 +28,8 @@ std::vector<int> car_numbers(const std::string& text, int count) {
     const std::string_view item = rest.substr(0, comma);
     rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
     const auto dash = item.find('-');
-    const auto from = files::number<int>(trimmed(item.substr(0, dash)));
-    const auto to = dash == std::string_view::npos ? from : files::number<int>(trimmed(item.substr(dash + 1)));
+    const auto from = files::number<int>(files::trimmed(item.substr(0, dash)));
+    const auto to = dash == std::string_view::npos ? from : files::number<int>(files::trimmed(item.substr(dash + 1)));
     if (!from || !to) refuse(fmt::format("'{}' is not a number or range", item));
     if (*from < 1 || *to > count || *from > *to) refuse(fmt::format("'{}': the train has {} cars", item, count));
     for (int car = *from; car <= *to; ++car) cars.push_back(car);

@@ -148,6 +148,11 @@ fs::path resolved(const std::string& path) {
   return error ? fs::absolute(path) : folder / name;
 }
 
+bool named_gzip(const std::string& path) {
+  constexpr std::string_view kEnd = ".gz";
+  return path.size() > kEnd.size() && path.compare(path.size() - kEnd.size(), kEnd.size(), kEnd) == 0;
+}
+
 std::string temporary_name(const std::string& folder) {
   std::random_device random;
   return fmt::format("{}/{}{:08x}{:08x}{}", folder, kPrefix, random(), random(), kSuffix);
@@ -253,11 +258,13 @@ struct OutputFile::Impl {
   void end_compressed() {
 #ifdef TRAIN_DERAIL_GZIP
     if (!compressed) return;
+    if (compressed->bad()) stream->setstate(std::ios_base::badbit);
     try {
       compressed->reset();
-    } catch (const std::ios_base::failure&) {
+    } catch (const std::exception&) {  // of zlib or Boost; one of the file itself is known to the buffer
       stream->setstate(std::ios_base::badbit);
     }
+    compressed.reset();
 #endif
   }
 
@@ -301,8 +308,9 @@ struct OutputFile::Impl {
 
   [[noreturn]] void not_whole(int error) const { fail_to_write(path, error); }
 
-  void check() const {
+  void check() {
     if (buffer->error() != 0) not_whole(buffer->error());
+    if (stream->bad() || front().bad()) not_whole(0);  // compressing failed
   }
 
   bool name_it(const std::string& name) const {
@@ -339,20 +347,20 @@ struct OutputFile::Impl {
   }
 };
 
-OutputFile::OutputFile(std::string path, Existing existing, const std::atomic<bool>* stop)
+OutputFile::OutputFile(std::string path, Existing existing, const std::atomic<bool>* stop, Compression compression)
     : impl_(std::make_unique<Impl>()) {
   impl_->path = std::move(path);
   impl_->existing = existing;
   impl_->open();
   impl_->buffer = std::make_unique<Buffer>(impl_->file.get(), impl_->target.empty(), stop);
   impl_->stream = std::make_unique<std::ostream>(impl_->buffer.get());
+  if (compression == Compression::by_name && named_gzip(impl_->path)) impl_->compress();
 }
 
 OutputFile::~OutputFile() = default;
 OutputFile::OutputFile(OutputFile&&) noexcept = default;
 OutputFile& OutputFile::operator=(OutputFile&&) noexcept = default;
 
-void OutputFile::compress() { impl_->compress(); }
 std::uintmax_t OutputFile::size() const { return impl_->buffer->written(); }
 std::ostream& OutputFile::stream() { return impl_->front(); }
 void OutputFile::check() { impl_->check(); }
@@ -361,11 +369,6 @@ const std::string& OutputFile::path() const { return impl_->path; }
 std::string OutputFile::name_so_far() const {
   if (impl_->target.empty()) return {};
   return impl_->temporary.empty() ? link_of(impl_->file.get()) : impl_->temporary;
-}
-
-bool named_gzip(const std::string& path) {
-  constexpr std::string_view kEnd = ".gz";
-  return path.size() > kEnd.size() && path.compare(path.size() - kEnd.size(), kEnd.size(), kEnd) == 0;
 }
 
 void write_file(const std::string& path, const std::string& text, Existing existing) {

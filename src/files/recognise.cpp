@@ -9,6 +9,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "train_derail/files/text.hpp"
+
 namespace train_derail::files {
 
 namespace fs = std::filesystem;
@@ -73,13 +75,6 @@ constexpr std::array<TableMark, 10> kTables{{
 
 bool has(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return out;
-}
-
 /// Returns the first line that is neither empty, nor a comment, nor a YAML line "---".
 std::string first_line(const std::string& text) {
   std::istringstream lines(text);
@@ -119,7 +114,7 @@ Recognised document(const std::string& text) {
     if (text.size() == kLooked) return {};  // the content may begin after the part that was read
     return {FileKind::other, text.empty() ? "an empty file" : "a file without content", ""};
   }
-  const std::string start = lower(line.substr(0, 15));
+  const std::string start = lower_case(line.substr(0, 15));
   if (start.compare(0, 9, "<!doctype") == 0 || start.compare(0, 5, "<html") == 0) {
     return {FileKind::other, has(text, kReportMark) ? kReport : "a page of HTML", ""};
   }

@@ -1,8 +1,24 @@
 #include "train_derail/files/text.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace train_derail::files {
+
+std::string lower_case(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+  return out;
+}
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t";
+  const auto first = text.find_first_not_of(kBlanks);
+  return first == std::string_view::npos ? text.substr(0, 0)
+                                         : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
 
 bool is_utf8(std::string_view text) {
   while (!text.empty()) {

@@ -63,21 +63,21 @@ void describe_types(V& v, T& t) {
       "couplers", t.couplers, [](auto& w, auto& c) { describe_coupler_type(w, c); }, "", false);
 }
 
-void check_type(const CarType& t, const std::string& key, const std::string& source) {
-  const auto refuse = [&](const char* name, const std::string& value, const char* problem, const std::string& allowed) {
-    throw InputError(source, key + "." + name, value, problem, allowed);
+void check_type(const CarType& t, const std::string& prefix) {
+  const auto wrong = [&](const char* name, const std::string& value, const char* problem, const std::string& allowed) {
+    refuse(prefix + name, value, problem, allowed);
   };
-  if (bare_name(t.name).empty()) refuse("name", t.name, "no letter or digit", "a name such as covered_hopper");
-  if (t.body.empty()) refuse("body", t.body, "missing", "a name of a block, such as tank_car, hopper, boxcar, flat");
+  if (bare_name(t.name).empty()) wrong("name", t.name, "no letter or digit", "a name such as covered_hopper");
+  if (t.body.empty()) wrong("body", t.body, "missing", "a name of a block, such as tank_car, hopper, boxcar, flat");
   for (const std::string& code : t.codes) {
     if (code.size() != 1 || std::isupper(static_cast<unsigned char>(code.front())) == 0)
-      refuse("codes", code, "not the first letter of a code", "[A, B, ...]");
+      wrong("codes", code, "not the first letter of a code", "[A, B, ...]");
   }
   if (t.truck_spacing > t.length)
-    refuse("truck_spacing", fmt::format("{}", t.truck_spacing), "larger than the length",
+    wrong("truck_spacing", fmt::format("{}", t.truck_spacing), "larger than the length",
            fmt::format("(0, {}] m", t.length));
   if (t.loaded < t.empty)
-    refuse("loaded", fmt::format("{}", t.loaded), "less than empty", fmt::format(">= {} N", t.empty));
+    wrong("loaded", fmt::format("{}", t.loaded), "less than empty", fmt::format(">= {} N", t.empty));
 }
 
 CarTypes read(const YAML::Node& tree, const std::string& source) {
@@ -87,15 +87,11 @@ CarTypes read(const YAML::Node& tree, const std::string& source) {
   TreeReader reader(tree, "", source, none, places);
   describe_types(reader, all);
   reader.finish();
-  try {
+  check_at(places, source, [&] {
     Checker checker("");
     describe_types(checker, all);
-  } catch (const InputError& e) {
-    const auto place = places.find(e.key());
-    throw InputError(place == places.end() ? source : place->second.where, e.key(), e.value(), e.problem(),
-                     e.allowed());
-  }
-  for (std::size_t i = 0; i < all.types.size(); ++i) check_type(all.types[i], fmt::format("types[{}]", i), source);
+    for (std::size_t i = 0; i < all.types.size(); ++i) check_type(all.types[i], fmt::format("types[{}].", i));
+  });
   return all;
 }
 

@@ -16,6 +16,7 @@
 
 #include <fmt/ranges.h>
 
+#include "checker.hpp"
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/train_list.hpp"
@@ -110,15 +111,15 @@ Override parse_override(std::string_view text) {
     throw InputError("override", "", std::string(text), "not of the form key=value",
                      "key=value, as in \"initial.speed=50 mph\"");
   }
-  const auto trim = [](std::string_view s) {
-    const auto first = s.find_first_not_of(" \t");
-    if (first == std::string_view::npos) return std::string();
-    return std::string(s.substr(first, s.find_last_not_of(" \t") - first + 1));
-  };
-  return {trim(text.substr(0, equals)), trim(text.substr(equals + 1))};
+  return {std::string(files::trimmed(text.substr(0, equals))), std::string(files::trimmed(text.substr(equals + 1)))};
 }
 
 namespace {
+
+/// The path of a file that another one in `folder` names.
+std::string beside(const std::string& folder, const std::string& name) {
+  return (std::filesystem::path(folder) / name).lexically_normal().string();
+}
 
 /// Lays the values of `over` over those of `under`, and records in `sources` from which file each value comes.
 void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefix, const std::string& source,
@@ -146,108 +147,100 @@ void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefi
   }
 }
 
-/// Returns the tree with the files that `consist` names as seen from `folder`.
-YAML::Node with_train_list(const YAML::Node& tree, const std::string& folder,
-                           const std::function<void(const std::string&)>& before_reading) {
+/// The files that a train list is made of.
+struct TrainListFiles {
+  std::string file, types;
+};
+
+template <class V, class F>
+void describe_train_list_files(V& v, F& f) {
+  v.text("file", f.file, "");
+  v.text("types", f.types, "");
+}
+
+/// Tells `before_reading` which files the key `consist` names, as far as it can be understood.
+void announce_train_list(const YAML::Node& tree, const std::string& folder,
+                         const std::function<void(const std::string&)>& before_reading) {
   const YAML::Node consist = tree.IsMap() ? tree["consist"] : YAML::Node(YAML::NodeType::Undefined);
-  if (!consist || !consist.IsMap()) return tree;
-  YAML::Node named(YAML::NodeType::Map), copy(YAML::NodeType::Map);
+  if (!before_reading || !consist || !consist.IsMap()) return;
   for (const auto& item : consist) {
-    if (!item.second.IsScalar()) return tree;  // refused when it is read
-    if (const std::string key = item.first.Scalar(); key != "file" && key != "types") {
-      named.force_insert(item.first, item.second);  // so is this
-      continue;
+    if (item.second.IsScalar()) before_reading(beside(folder, item.second.Scalar()));
+  }
+}
+
+/// The blocks that a train list has become, as a tree: as if they were written in quotes.
+YAML::Node blocks_of(const TrainList& train) {
+  YAML::Node blocks(YAML::NodeType::Sequence);
+  for (const TrainList::Block& b : train.blocks) {
+    YAML::Node block(YAML::NodeType::Map);
+    for (const BlockEntry& entry : entries(b.cars)) {
+      block[entry.key] = entry.si;
+      block[entry.key].SetTag("!");
     }
-    const std::string path = (std::filesystem::path(folder) / item.second.Scalar()).lexically_normal().string();
-    if (before_reading) before_reading(path);
-    named.force_insert(item.first, YAML::Node(path));
+    blocks.push_back(block);
   }
-  for (const auto& item : tree) {
-    // Nodes of the tree itself keep their line numbers.
-    if (item.second.is(consist)) copy.force_insert(item.first, named);
-    else copy.force_insert(item.first, item.second);
-  }
-  return copy;
+  return blocks;
 }
 
 }  // namespace
 
-double coupler_length(const YAML::Node& tree) {
-  const YAML::Node group = tree.IsMap() ? tree["coupler"] : YAML::Node(YAML::NodeType::Undefined);
-  if (group && group.IsMap()) {
-    if (const YAML::Node length = group["length"]; length && length.IsScalar()) {
-      try {
-        return to_si(length.Scalar(), "m");
-      } catch (const std::invalid_argument&) {  // told when the group is read
-      }
-    }
-  }
-  return Coupler{}.length;
+double coupler_length(const Layers& layers, const std::string& source, const std::vector<Override>& overrides) {
+  const YAML::Node group = layers.tree.IsMap() ? layers.tree["coupler"] : YAML::Node(YAML::NodeType::Undefined);
+  Coupler coupler;
+  if (!group) return coupler.length;
+  KeyPlaces places;
+  TreeReader reader(group, "coupler.", source, overrides, places, layers.sources);
+  describe_coupler(reader, coupler);
+  reader.finish();
+  check_at(places, source, [&] {
+    Checker checker("coupler.");
+    describe_coupler(checker, coupler);
+  });
+  return coupler.length;
 }
 
 namespace {
 
-/// Returns the tree with the blocks of the train list that its key `consist` names. `assumed`: takes what was
-/// assumed, if given.
-YAML::Node with_consist(const YAML::Node& root, const std::string& where, std::vector<std::string>* assumed) {
-  constexpr const char* kAllowed = "a list of blocks, or {file: TRAIN.csv, types: TYPES.yaml}";
-  const YAML::Node consist = root["consist"];
-  std::string file, types;
-  for (const auto& item : consist) {
-    const std::string key = written(item.first);
-    std::string* path = key == "file" ? &file : key == "types" ? &types : nullptr;
-    if (path == nullptr || !item.second.IsScalar())
-      throw InputError(located(where, item.first.Mark()), "consist." + key, written(item.second),
-                       "no file of a train list", kAllowed);
-    *path = item.second.Scalar();
+/// Returns the tree with the blocks of the train list that its key `consist` names. `assumed` takes what was assumed.
+YAML::Node with_consist(const Layers& layers, const std::string& source, const std::vector<Override>& overrides,
+                        std::vector<std::string>& assumed) {
+  const YAML::Node consist = layers.tree["consist"];
+  TrainListFiles files;
+  KeyPlaces places;
+  const std::vector<Override> none;  // those of the blocks come when there are blocks
+  TreeReader reader(consist, "consist.", source, none, places, layers.sources);
+  describe_train_list_files(reader, files);
+  reader.finish();
+  if (files.file.empty()) {
+    throw InputError(reader.where("consist", consist), "consist.file", "", "no file of a train list",
+                     "a list of blocks, or {file: TRAIN.csv, types: TYPES.yaml}");
   }
-  if (file.empty()) throw InputError(where, "consist", written(consist), "no file of a train list", kAllowed);
-  const CarTypes own = types.empty() ? CarTypes() : car_types(types);
-  const TrainList train = read_train_list(file, types.empty() ? car_types() : own, coupler_length(root));
-  YAML::Node blocks(YAML::NodeType::Sequence);
-  for (const CarBlock& b : train.consist()) {
-    YAML::Node block(YAML::NodeType::Map);
-    const auto put = [&](const char* key, const std::string& value) {
-      block[key] = value;
-      block[key].SetTag("!");  // as if it were in quotes
-    };
-    const auto number = [&](const char* key, const std::optional<double>& value) {
-      if (value) put(key, fmt::format("{}", *value));
-    };
-    put("name", b.name);
-    put("count", fmt::format("{}", b.count));
-    number("length", b.length);
-    number("weight", b.weight);
-    number("width", b.width);
-    number("truck_spacing", b.truck_spacing);
-    number("centre_height", b.centre_height);
-    number("floor_height", b.floor_height);
-    number("roof_height", b.roof_height);
-    blocks.push_back(block);
-  }
-  if (assumed != nullptr) {
-    *assumed = train.assumptions;
-    if (train.coupler != nullptr)
-      assumed->emplace_back("couplers: those of the group coupler, not those of the train list");
-  }
+  const CarTypes own = files.types.empty() ? CarTypes() : car_types(beside(layers.consist_folder, files.types));
+  const TrainList train =
+      read_train_list(beside(layers.consist_folder, files.file), files.types.empty() ? car_types() : own,
+                      coupler_length(layers, source, overrides));
+  assumed = train.assumptions;
+  if (train.coupler != nullptr)
+    assumed.emplace_back("couplers: those of the group coupler, not those of the train list");
   YAML::Node copy(YAML::NodeType::Map);
-  for (const auto& item : root) copy.force_insert(item.first, item.second.is(consist) ? blocks : item.second);
+  for (const auto& item : layers.tree)
+    copy.force_insert(item.first, item.second.is(consist) ? blocks_of(train) : item.second);
   return copy;
 }
 
 /// Completes a tree by its bases, see layers(). `chain`: paths of the files that have led here, links followed.
-Layers layers_of(const YAML::Node& written_tree, const std::string& source, const std::string& folder,
+Layers layers_of(const YAML::Node& tree, const std::string& source, const std::string& folder,
                  const std::function<void(const std::string&)>& before_reading, std::vector<std::string> chain) {
   namespace fs = std::filesystem;
-  const YAML::Node base = written_tree.IsMap() ? written_tree["base"] : YAML::Node(YAML::NodeType::Undefined);
-  const YAML::Node tree = with_train_list(written_tree, folder, before_reading);
-  if (!base) return {tree, {}};
+  const YAML::Node base = tree.IsMap() ? tree["base"] : YAML::Node(YAML::NodeType::Undefined);
+  announce_train_list(tree, folder, before_reading);
+  if (!base) return {tree, {}, folder};
   const auto refuse = [&](const std::string& problem, const std::string& allowed) {
     throw InputError(located(source, base.Mark()), "base", written(base), problem, allowed);
   };
   if (!base.IsScalar() || base.Scalar().empty())
     refuse("not the name of a file", "a scenario file, relative to this one");
-  const std::string path = (fs::path(folder) / base.Scalar()).lexically_normal().string();
+  const std::string path = beside(folder, base.Scalar());
   std::error_code ignored;
   const std::string resolved = fs::weakly_canonical(path, ignored).string();
   if (std::find(chain.begin(), chain.end(), resolved) != chain.end()) {
@@ -269,6 +262,7 @@ Layers layers_of(const YAML::Node& written_tree, const std::string& source, cons
   Layers all = layers_of(below, path, fs::path(path).parent_path().string(), before_reading, chain);
   all.sources.try_emplace("", path);
   lay_over(all.tree, tree, "", source, all.sources);
+  if (tree["consist"]) all.consist_folder = folder;
   return all;
 }
 
@@ -286,11 +280,13 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
 
 namespace {
 
-/// Returns the whole tree: with overrides, and with the blocks of a train list. `assumed`: as in with_consist().
-YAML::Node whole(const Layers& layers, const std::string& source, const std::vector<Override>& overrides,
-                 std::vector<std::string>* assumed) {
+/// Returns the whole tree: with overrides, and with the blocks of a train list. `assumed` takes what was assumed.
+YAML::Node whole(const Layers& written_layers, const std::string& source, const std::vector<Override>& overrides,
+                 std::vector<std::string>& assumed) {
   // Copied only if needed, because a copy loses the line numbers.
-  YAML::Node root = overrides.empty() ? layers.tree : YAML::Clone(layers.tree);
+  Layers layers = written_layers;
+  if (!overrides.empty()) layers.tree.reset(YAML::Clone(written_layers.tree));
+  YAML::Node root = layers.tree;
   if (!overrides.empty() && !root.IsMap())
     throw InputError(source, "", written(root), "not a group of keys", "key: value lines");
   // Those of the blocks come when there are blocks.
@@ -299,11 +295,7 @@ YAML::Node whole(const Layers& layers, const std::string& source, const std::vec
     if (!of_consist(o)) apply(root, o);
   }
   const YAML::Node consist = root.IsMap() ? static_cast<const YAML::Node&>(root)["consist"] : YAML::Node();
-  if (consist && consist.IsMap()) {
-    auto from = layers.sources.find("consist");
-    if (from == layers.sources.end()) from = layers.sources.find("");
-    root.reset(with_consist(root, from == layers.sources.end() ? source : from->second, assumed));
-  }
+  if (consist && consist.IsMap()) root.reset(with_consist(layers, source, overrides, assumed));
   for (const Override& o : overrides) {
     if (of_consist(o)) apply(root, o);
   }
@@ -312,26 +304,14 @@ YAML::Node whole(const Layers& layers, const std::string& source, const std::vec
 
 }  // namespace
 
-std::vector<std::string> assumptions(const std::string& path, const std::vector<Override>& overrides) {
-  std::vector<std::string> assumed;
-  whole(layers(load_file(path), path, std::filesystem::path(path).parent_path().string()), path, overrides, &assumed);
-  return assumed;
-}
-
 Scenario read_scenario(const Layers& layers, const std::string& source, const std::vector<Override>& overrides) {
-  const YAML::Node root = whole(layers, source, overrides, nullptr);
   Scenario scenario;
+  const YAML::Node root = whole(layers, source, overrides, scenario.assumptions);
   KeyPlaces places;
   TreeReader reader(root, "", source, overrides, places, layers.sources);
   describe(reader, scenario);
   reader.finish();
-  try {
-    validate(scenario);
-  } catch (const InputError& e) {
-    const auto place = places.find(e.key());
-    if (place == places.end()) throw InputError(source, e.key(), e.value(), e.problem(), e.allowed());
-    throw InputError(place->second.where, e.key(), written(place->second.node), e.problem(), e.allowed());
-  }
+  check_at(places, source, [&] { validate(scenario); });
   return scenario;
 }
 

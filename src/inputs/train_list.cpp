@@ -15,8 +15,11 @@
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/near_misses.hpp"
 #include "train_derail/files/number.hpp"
+#include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/units.hpp"
+#include "train_derail/inputs/writer.hpp"
 
 namespace train_derail::inputs {
 
@@ -133,7 +136,7 @@ class Reader {
   TrainList read() {
     find_columns();
     for (std::vector<std::string> row; table_.next(row);) {
-      if (std::all_of(row.begin(), row.end(), [](const std::string& f) { return trimmed(f).empty(); })) continue;
+      if (std::all_of(row.begin(), row.end(), [](const std::string& f) { return files::trimmed(f).empty(); })) continue;
       if (cars_.size() == static_cast<std::size_t>(kCarsMax))
         throw InputError(here(), "", "", "too many cars", fmt::format("at most {}", kCarsMax));
       read_car(row);
@@ -156,10 +159,6 @@ class Reader {
     std::string coupler;
   };
 
-  static std::string trimmed(const std::string& text) {
-    const auto first = text.find_first_not_of(" \t");
-    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t") - first + 1);
-  }
   std::string here() const { return fmt::format("{}:{}", path_, table_.line()); }
   [[noreturn]] void refuse(Column c, const std::string& value, const std::string& problem,
                            const std::string& allowed) const {
@@ -173,7 +172,7 @@ class Reader {
       known.insert(known.end(), c.also.begin(), c.also.end());
     }
     for (std::size_t i = 0; i < table_.names().size(); ++i) {
-      const std::string header = trimmed(table_.names()[i]);
+      const std::string header(files::trimmed(table_.names()[i]));
       if (header.empty()) continue;
       const auto open = header.find_first_of("([");
       const std::string in_brackets = open == std::string::npos ? "" : header.substr(open);
@@ -228,7 +227,7 @@ class Reader {
   }
 
   std::string field(const std::vector<std::string>& row, Column c) const {
-    return places_[c] ? trimmed(row[places_[c]->field]) : "";
+    return places_[c] ? std::string(files::trimmed(row[places_[c]->field])) : "";
   }
 
   /// A quantity with the unit of its header or its own; nothing if the field is empty.
@@ -246,7 +245,7 @@ class Reader {
     }
     const auto blank = text.find_first_not_of("0123456789.+-eE");
     const UnitWord* own = blank == std::string::npos ? nullptr : unit_of(bare_name(text.substr(blank)), si);
-    const auto value = files::number<double>(trimmed(text.substr(0, blank)));
+    const auto value = files::number<double>(files::trimmed(std::string_view(text).substr(0, blank)));
     if (own == nullptr || !value)
       refuse(c, text, "not a number, or not one with a known unit",
              fmt::format("digits with a decimal point, without commas; units: {}", unit_list(si)));
@@ -382,9 +381,10 @@ class Reader {
   }
 
   static bool equal(const CarBlock& a, const CarBlock& b) {
-    return a.name == b.name && a.length == b.length && a.weight == b.weight && a.width == b.width &&
-           a.truck_spacing == b.truck_spacing && a.centre_height == b.centre_height &&
-           a.floor_height == b.floor_height && a.roof_height == b.roof_height;
+    const std::vector<BlockEntry> own = entries(a), other = entries(b);
+    return std::equal(own.begin(), own.end(), other.begin(), other.end(), [](const auto& x, const auto& y) {
+      return x.key == y.key && (x.si == y.si || std::string_view(x.key) == "count");
+    });
   }
 
   void join() {
@@ -463,8 +463,56 @@ class Reader {
   TrainList result_;
 };
 
-std::string feet(double v) { return fmt::format("{:.9g} ft", v / kFoot); }
-std::string kips(double v) { return fmt::format("{:.9g} kip", v / kKip); }
+/// Visitor of the schema that lists the values of a block.
+class BlockLister {
+ public:
+  explicit BlockLister(std::vector<BlockEntry>& out) : out_(out) {}
+
+  void text(const char* key, const std::string& value, const Doc& doc) { add(key, value, yaml_text(value), doc); }
+  void number(const char* key, double value, const NumberInput& q, const Doc& doc) {
+    const std::string unit = *q.shown != '\0' ? q.shown : q.unit;
+    add(key, number_text(value), fmt::format("{:.9g} {}", from_si(value, q.unit, unit), unit), doc);
+  }
+  void number(const char* key, const std::optional<double>& value, const NumberInput& q, const Doc& doc) {
+    if (value) number(key, *value, q, doc);
+  }
+  template <class I>
+  void integer(const char* key, I value, const Range&, bool, const Doc& doc) {
+    add(key, fmt::format("{}", value), fmt::format("{}", value), doc);
+  }
+  template <class E, class N>
+  void choice(const char* key, E value, const N& names, const Doc& doc) {
+    add(key, name_of(names, value), name_of(names, value), doc);
+  }
+
+ private:
+  // Keys that act with some laws only are left out at their default, which is what an optional key of them has too.
+  void add(const char* key, std::string si, std::string shown, const Doc& doc) {
+    if (doc.when != nullptr && si == default_of(key)) return;
+    out_.push_back({key, std::move(si), std::move(shown)});
+  }
+  static std::string default_of(std::string_view key) {
+    for (const KeyValue& v : defaults()) {
+      if (key == v.key.substr(v.key.find('.') + 1)) return v.value;
+    }
+    return "";
+  }
+  /// Of a block, with a key "consist[0].count" each.
+  static const std::vector<KeyValue>& defaults() {
+    static const std::vector<KeyValue> all = [] {
+      Scenario one;
+      one.consist.emplace_back();
+      std::vector<KeyValue> of_block;
+      for (KeyValue& v : key_values(one)) {
+        if (v.key.compare(0, 11, "consist[0].") == 0) of_block.push_back(std::move(v));
+      }
+      return of_block;
+    }();
+    return all;
+  }
+
+  std::vector<BlockEntry>& out_;
+};
 
 /// A line of YAML with its comment.
 std::string line(const std::string& text, const std::string& comment) {
@@ -475,9 +523,10 @@ std::string line(const std::string& text, const std::string& comment) {
 
 }  // namespace
 
-std::vector<CarBlock> TrainList::consist() const {
-  std::vector<CarBlock> all;
-  for (const Block& b : blocks) all.push_back(b.cars);
+std::vector<BlockEntry> entries(const CarBlock& block) {
+  std::vector<BlockEntry> all;
+  BlockLister lister(all);
+  describe_block(lister, block);
   return all;
 }
 
@@ -507,25 +556,28 @@ std::string to_scenario(TrainList& train, const std::string& source, const std::
   std::string out = fmt::format("# From {} by `derail import consist`.\n#\n# Assumed:\n", files::printable(name));
   for (const std::string& a : train.assumptions) out += "# - " + files::printable(a) + "\n";
   out += "\n";
-  if (!base.empty()) out += "base: \"" + base + "\"\n\n";
+  if (!base.empty()) out += "base: " + yaml_text(base) + "\n\n";
   out += fmt::format("title: \"Train of {} car{}, {:.0f} kip\"\n\n", cars, cars == 1 ? "" : "s", weight / kKip);
   out +=
       fmt::format("# {} blocks; {:.0f} ft between the pins in all.\nconsist:\n", train.blocks.size(), length / kFoot);
+  constexpr const char* kOfType = "of the type";
   for (const TrainList::Block& b : train.blocks) {
     const CarBlock& c = b.cars;
     std::string what =
         c.count == 1 ? fmt::format("car {}", b.first) : fmt::format("cars {} to {}", b.first, b.first + c.count - 1);
     what += ": " + b.type;
-    out += line("  - name: " + c.name, what);
-    out += line(fmt::format("    count: {}", c.count),
-                b.hazmat.empty() ? "" : fmt::format("hazardous material: {}", fmt::join(b.hazmat, ", ")));
-    out += line("    length: " + feet(c.length), b.length_of_type ? "of the type" : "");
-    out += line("    weight: " + kips(c.weight), b.weight_of_type ? "of the type" : "");
-    out += line("    width: " + feet(c.width), "of the type");
-    out += line("    truck_spacing: " + feet(*c.truck_spacing), "of the type");
-    if (c.centre_height) out += line("    centre_height: " + feet(*c.centre_height), "of the type");
-    if (c.floor_height) out += line("    floor_height: " + feet(*c.floor_height), "of the type");
-    if (c.roof_height) out += line("    roof_height: " + feet(*c.roof_height), "of the type");
+    const std::map<std::string_view, std::string> comments{
+        {"name", what},
+        {"count", b.hazmat.empty() ? "" : fmt::format("hazardous material: {}", fmt::join(b.hazmat, ", "))},
+        {"length", b.length_of_type ? kOfType : ""},
+        {"weight", b.weight_of_type ? kOfType : ""}};
+    const char* before = "  - ";
+    for (const BlockEntry& entry : entries(c)) {
+      const auto comment = comments.find(entry.key);
+      out += line(fmt::format("{}{}: {}", before, entry.key, entry.shown),
+                  comment == comments.end() ? kOfType : comment->second);
+      before = "    ";
+    }
   }
   if (const CouplerType* c = train.coupler) {
     out += "\n" + line("coupler:", fmt::format("{} on all cars; acts with model: spatial", c->name));

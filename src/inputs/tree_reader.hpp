@@ -39,6 +39,19 @@ inline std::string written(const YAML::Node& node) {
   return out.c_str();
 }
 
+/// Does `check`; an InputError of it gets the place and the text of its key in the file.
+/// \param source  name of the file, for keys that it does not have.
+template <class Check>
+void check_at(const KeyPlaces& places, const std::string& source, const Check& check) {
+  try {
+    check();
+  } catch (const InputError& e) {
+    const auto place = places.find(e.key());
+    if (place == places.end()) throw InputError(source, e.key(), e.value(), e.problem(), e.allowed());
+    throw InputError(place->second.where, e.key(), written(place->second.node), e.problem(), e.allowed());
+  }
+}
+
 /// Visitor of a schema that reads the values from a YAML map. Errors name the file, line, key and value.
 class TreeReader {
  public:
@@ -166,19 +179,20 @@ class TreeReader {
     }
   }
 
+  /// Where a key is, with its file and line, or "override".
+  std::string where(const std::string& path, const YAML::Node& node) const {
+    for (const Override& o : overrides_) {
+      if (path.compare(0, o.key.size(), o.key) == 0) return "override";
+    }
+    return located(source_of(path), node.Mark());
+  }
+
  private:
   template <class G, class F>
   void read_child(const YAML::Node& node, const std::string& source, const std::string& path, G& g, F describe_it) {
     TreeReader child(node, path + ".", source, overrides_, places_, sources_);
     describe_it(child, g);
     child.finish();
-  }
-
-  std::string where(const std::string& path, const YAML::Node& node) const {
-    for (const Override& o : overrides_) {
-      if (path.compare(0, o.key.size(), o.key) == 0) return "override";
-    }
-    return located(source_of(path), node.Mark());
   }
 
   /// Returns the file that a key comes from: that of the nearest group around it with an entry in `sources_`.

@@ -1,8 +1,9 @@
 #include "train_derail/inputs/warnings.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <map>
+
+#include <fmt/ranges.h>
 
 #include "schema.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -90,8 +91,7 @@ Warning idle(const KeyValue& v) {
 bool is_locomotive(const CarBlock& b) { return b.name.find("locomotive") != std::string::npos; }
 
 bool is_passenger_car(const std::string& name) {
-  std::string lower;
-  for (const char c : name) lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string lower = files::lower_case(name);
   const auto has = [&](const char* word) { return lower.find(word) != std::string::npos; };
   return has("passenger") || has("coach") || has("sleep") || has("diner") || has("multiple_unit") || has("emu") ||
          has("dmu") || has("tram") || has("metro");
@@ -153,6 +153,8 @@ std::vector<Warning> warnings(const Scenario& scenario) {
     if (known == preset.end() || known->second != v.value) out.push_back(idle(v));
   }
   judge_train(scenario, out);
+  if (!scenario.assumptions.empty())
+    out.push_back({"consist", "", fmt::format("a train list; assumed: {}", fmt::join(scenario.assumptions, "; "))});
   return out;
 }
 

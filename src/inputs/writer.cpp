@@ -11,6 +11,10 @@
 
 namespace train_derail::inputs {
 
+std::string yaml_text(const std::string& value) {
+  return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 namespace {
 
 class Writer {
@@ -19,7 +23,7 @@ class Writer {
       : out_(out), indent_(std::move(indent)), first_(std::move(first_indent)) {}
 
   void text(const char* key, const std::string& value, const Doc&) {
-    line(key, nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    line(key, yaml_text(value));
   }
   void number(const char* key, double value, const NumberInput& q, const Doc&) {
     std::string comment = std::string(q.unit) == "1" ? "" : q.unit;
@@ -84,7 +88,7 @@ class Lister {
       : out_(out), prefix_(std::move(prefix)), when_(when) {}
 
   void text(const char* key, const std::string& value, const Doc& doc) {
-    row(key, "text", nlohmann::json(value).dump(), doc);
+    row(key, "text", yaml_text(value), doc);
   }
   void number(const char* key, double value, const NumberInput& q, const Doc& doc) {
     row(key, allowed(q), q.required ? "required" : number_text(value), doc);

@@ -25,6 +25,7 @@
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/incidents_csv.hpp"
 #include "train_derail/simulation/fields.hpp"
+#include "train_derail/simulation/output_grid.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/study/runner.hpp"
 #include "train_derail/study/summary.hpp"
@@ -91,6 +92,11 @@ class Simulation {
     const Turn turn(*this);
     interruptibly([this, t](const std::atomic<bool>& stop) { run_.advance(t, &stop); });
   }
+  /// To the next point of the output grid.
+  void step() {
+    const Turn turn(*this);
+    interruptibly([this](const std::atomic<bool>& stop) { simulation::OutputGrid(run_).advance(&stop); });
+  }
   /// To the end, with the states on the output grid from now on.
   py::dict record() {
     const Turn turn(*this);
@@ -105,11 +111,8 @@ class Simulation {
     };
     interruptibly([&](const std::atomic<bool>& stop) {
       note();
-      const double interval = run_.scenario().output.interval;
-      for (auto tick = static_cast<std::int64_t>(run_.time() / interval) + 1; !run_.ended() && !stop; ++tick) {
-        const double before = run_.time();
-        run_.advance(static_cast<double>(tick) * interval, &stop);
-        if (run_.time() > before) note();
+      for (simulation::OutputGrid grid(run_); !run_.ended() && !stop;) {
+        if (grid.advance(&stop)) note();
       }
     });
     const auto rows = static_cast<py::ssize_t>(times.size()), n = static_cast<py::ssize_t>(run_.cars().size());
@@ -122,7 +125,6 @@ class Simulation {
 
   double time() const { return idle().time(); }
   bool ended() const { return idle().ended(); }
-  double interval() const { return idle().scenario().output.interval; }
   py::dict cars() const {
     const simulation::Snapshot now = idle().snapshot();
     Columns<simulation::CarSnapshot> columns(simulation::car_fields());
@@ -298,6 +300,7 @@ void add_simulation(py::module_& m) {
       .def(py::init<const Scenario&>(), py::arg("scenario"))
       .def("run", &Simulation::run, "Runs to the end.")
       .def("advance", &Simulation::advance, py::arg("t"), "Runs on to simulated time t [s], or to the end.")
+      .def("step", &Simulation::step, "Runs on to the next point of the output grid, or to the end.")
       .def("record", &Simulation::record,
            "Runs to the end. Returns the states on the output grid: time, and cars and couplers by time.")
       .def("cars", &Simulation::cars, "Returns the cars now.")
@@ -305,7 +308,6 @@ void add_simulation(py::module_& m) {
       .def("outcome", &Simulation::outcome, "Returns the outcome so far.")
       .def("incidents", &Simulation::incidents, "Returns the incidents so far as CSV.")
       .def_property_readonly("time", &Simulation::time, "Simulated time [s].")
-      .def_property_readonly("interval", &Simulation::interval, "Interval of the output grid [s].")
       .def_property_readonly("ended", &Simulation::ended, "Whether the run has ended; the outcome says why.");
 }
 

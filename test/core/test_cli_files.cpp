@@ -101,6 +101,24 @@ TEST_F(CliFiles, WhatExistsIsWrittenOverOnlyByForce) {
   EXPECT_EQ(count(), 4);
 }
 
+TEST_F(CliFiles, APageThatFailsDoesNotLoseTheOtherFiles) {
+  for (const auto& [end, said] : {std::pair{"os._exit(7)", "make_page.py: exit code 7"},
+                                  std::pair{"os.kill(os.getpid(), 9)", "make_page.py: killed by signal 9"}}) {
+    put("sitecustomize.py",
+        std::string("import os, sys\nif '--check' not in sys.orig_argv: ") + end + "\n");  // while the page is made
+    const Result r = test::run("PYTHONPATH=" + at("") + " " + TRAIN_DERAIL_CLI + " run --force " + at("train.yaml") +
+                               kShort + " --csv " + at("a.csv") + " --json " + at("o.json") + " --incidents " +
+                               at("i.csv") + " --html " + at("p.html") + " 2>&1");
+    EXPECT_EQ(r.code, 1);
+    EXPECT_NE(r.out.find(said), std::string::npos) << r.out;
+    EXPECT_FALSE(fs::exists(at("p.html")));
+    for (const char* name : {"a.csv", "o.json", "i.csv"}) {
+      EXPECT_TRUE(fs::exists(at(name))) << name;
+      fs::remove(at(name));
+    }
+  }
+}
+
 TEST_F(CliFiles, ACheckpointGoesOnWithTheRunAndIsRefusedBeforeTheComputing) {
   const std::string steps = " --set solver.method=semi_implicit --set solver.fixed_step=2e-4 --quiet";
   const std::string run = "run " + at("train.yaml") + kShort + steps;

@@ -77,6 +77,30 @@ TEST_F(OutputFileTest, HasItsNameWhenItIsWhole) {
   EXPECT_EQ(static_cast<mode_t>(fs::status(at("a.csv")).permissions()), 0666 & ~mask);
 }
 
+TEST_F(OutputFileTest, ANameThatEndsInGzIsCompressedUnlessTheFileIsReadAsItIs) {
+  const std::string text(100000, 'x');
+  write_file(at("plain"), text);
+  EXPECT_EQ(content(at("plain")), text);
+  OutputFile raw(at("raw.gz"), Existing::refuse, nullptr, Compression::never);
+  raw.stream() << text;
+  raw.commit();
+  EXPECT_EQ(content(at("raw.gz")), text);
+#ifdef TRAIN_DERAIL_GZIP
+  write_file(at("a.gz"), text);
+  EXPECT_EQ(content(at("a.gz")).substr(0, 2), "\x1f\x8b");
+  EXPECT_LT(content(at("a.gz")).size(), 1000U);
+  // A full disk is noticed while the file is closed, and when what is compressed does not fit any more.
+  fs::create_symlink("/dev/full", at("full.gz"));
+  EXPECT_NE(message([&] { write_file(at("full.gz"), "little"); }).find("No space left on device"), std::string::npos);
+  OutputFile broken(at("broken.gz"));
+  broken.stream() << text;
+  broken.stream().setstate(std::ios_base::badbit);  // as Boost does if compressing fails
+  EXPECT_EQ(message([&] { broken.check(); }), at("broken.gz") + ": could not be written completely");
+  EXPECT_EQ(message([&] { broken.commit(); }), at("broken.gz") + ": could not be written completely");
+  EXPECT_FALSE(fs::exists(at("broken.gz")));
+#endif
+}
+
 TEST_F(OutputFileTest, LeavesNothingIfItIsNotCommitted) {
   { OutputFile(at("a.csv")).stream() << "half" << std::flush; }
   EXPECT_TRUE(names().empty());

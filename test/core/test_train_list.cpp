@@ -209,7 +209,9 @@ TEST_F(TrainLists, AScenarioNamesATrainListBesideItself) {
   // Nothing is assumed in silence.
   const Result checked = derail("check " + at("own.yaml"));
   EXPECT_EQ(checked.code, 0);
-  EXPECT_NE(checked.out.find("\n  gross weight of 2 cars (tank_car 2): of the type, loaded\n"), std::string::npos);
+  EXPECT_NE(checked.out.find("derail: warning: consist: a train list; assumed: order: as the rows stand"), std::string::npos);
+  EXPECT_NE(checked.out.find("; gross weight of 2 cars (tank_car 2): of the type, loaded; "), std::string::npos);
+  EXPECT_EQ(s.assumptions.size(), 6U);
   // A list of its own replaces the train list, and the other way round.
   put("list.yaml", "base: trains/base.yaml\nconsist: [{count: 1, length: 50 ft, weight: 100 kip}]\n");
   EXPECT_EQ(inputs::read_scenario_file(at("list.yaml")).consist[0].count, 1);
@@ -219,7 +221,12 @@ TEST_F(TrainLists, AScenarioNamesATrainListBesideItself) {
        {std::pair{"{fiel: trains/train.csv}", "consist.fiel = "},
         std::pair{"{types: a.yaml}", "no file of a train list"},
         std::pair{"{file: none.csv}", "none.csv: cannot be read: no such file"},
-        std::pair{"{file: [a, b]}", "consist.file = '[a, b]'"}, std::pair{"{}", "no file of a train list"}}) {
+        std::pair{"{file: [a, b]}", "wrong.yaml:2: consist.file = '[a, b]'"},
+        std::pair{"{file: trains/train.csv, file: b.csv}", "wrong.yaml:2: consist.file = 'b.csv': key given twice"},
+        std::pair{"{types: none.yaml}", "wrong.yaml:2: consist.file: no file of a train list"},
+        std::pair{"{file: trains/train.csv}\ncoupler: {length: 400 ft}",
+                  "wrong.yaml:3: coupler.length = '400 ft': out of range"},
+        std::pair{"{}", "no file of a train list"}}) {
     put("wrong.yaml", std::string("initial: {speed: 40 mph, yaw_rate: 0.2}\nconsist: ") + consist + "\n");
     const Result wrong = derail("check " + at("wrong.yaml"));
     EXPECT_EQ(wrong.code, 2);
@@ -251,11 +258,15 @@ TEST_F(TrainLists, TypesOfOnesOwnComeFirst) {
         std::pair{
             "types: [{name: a, body: b, codes: [tank], length: 42 ft, width: 10 ft, truck_spacing: 28 ft, empty: 5 "
             "kip, loaded: 6 kip}]",
-            "not the first letter of a code"},
+            "wrong.yaml:1: types[0].codes = '[tank]': not the first letter of a code; allowed: [A, B, ...]"},
         std::pair{
             "types: [{name: a, body: b, length: 42 ft, width: 10 ft, truck_spacing: 58 ft, empty: 5 kip, loaded: 6 "
             "kip}]",
-            "larger than the length"}}) {
+            "wrong.yaml:1: types[0].truck_spacing = '58 ft': larger than the length"},
+        std::pair{
+            "\ntypes:\n- {name: a, body: b, length: 420 ft, width: 10 ft, truck_spacing: 28 ft, empty: 5 kip,"
+            " loaded: 6 kip}",
+            "wrong.yaml:3: types[0].length = '420 ft': out of range; allowed: [1, 100] m"}}) {
     put("wrong.yaml", change);
     try {
       inputs::car_types(at("wrong.yaml"));
@@ -264,6 +275,33 @@ TEST_F(TrainLists, TypesOfOnesOwnComeFirst) {
       EXPECT_NE(std::string(e.what()).find(said), std::string::npos) << e.what();
     }
   }
+}
+
+TEST_F(TrainLists, NamesAreQuotedAndPathsAreThoseOfTheReader) {
+  // A type and a base with signs that mean something in YAML.
+  put("types.yaml",
+      "types: [{name: odd, body: \"a: #b\", length: 42 ft, width: 10 ft, truck_spacing: 28 ft, empty: 55 kip, loaded: "
+      "286 kip}]\n");
+  std::filesystem::create_directory(at("deep"));
+  std::filesystem::create_directory_symlink(at("deep"), at("link"));
+  put("a\"b: #.yaml", "initial: {speed: 40 mph, yaw_rate: 0.2}\n");
+  put("train.csv", "kind,load\nodd,L\n");
+  const Result made = derail("import consist " + at("train.csv") + " --types " + at("types.yaml") + " --base '" +
+                             at("a\"b: #.yaml") + "' -o " + at("link/s.yaml"));
+  ASSERT_EQ(made.code, 0) << made.out;
+  const inputs::Scenario s = inputs::read_scenario_file(at("link/s.yaml"));
+  EXPECT_EQ(s.consist[0].name, "a: #b");
+  EXPECT_NEAR(s.initial.speed, 40 * inputs::kMph, 1e-9);
+  EXPECT_NE(content(at("link/s.yaml")).find("base: \"../a\\\"b: #.yaml\"\n"), std::string::npos);
+}
+
+TEST_F(TrainLists, ABaseWithAWrongCouplerIsToldByItsFile) {
+  put("train.csv", "kind,load\ntank,L\n");
+  put("base.yaml", "initial: {speed: 40 mph, yaw_rate: 0.2}\ncoupler: {length: -4 ft}\n");
+  const Result r = derail("import consist " + at("train.csv") + " --base " + at("base.yaml"));
+  EXPECT_EQ(r.code, 2);
+  EXPECT_NE(r.out.find("base.yaml:2: coupler.length = '-4 ft': out of range; allowed: [0.1, 10] m"), std::string::npos)
+      << r.out;
 }
 
 TEST_F(TrainLists, TheTypesOfThePackageAreAllReached) {

@@ -8,8 +8,6 @@
 
 namespace train_derail::files {
 
-/// Returns `text` with the letters of ASCII in lower case.
-std::string lower_case(std::string_view text);
 /// Whether `a` becomes `b` by one slip: a letter added, left out or changed, or two neighbours exchanged.
 bool one_slip(std::string_view a, std::string_view b);
 /// Returns those of `names` that may have been meant by `written`, at most five: one slip away, or one holds the other.

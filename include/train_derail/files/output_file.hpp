@@ -17,6 +17,12 @@ enum class Existing {
   replace  ///< put the new file in its place
 };
 
+/// Whether what is written is compressed by gzip, at the same bytes for the same text.
+enum class Compression {
+  by_name,  ///< if the name ends in ".gz"
+  never     ///< for files that are read as they are
+};
+
 /// The file to be written exists already and is not to be replaced.
 struct ExistsError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -37,15 +43,14 @@ class OutputFile {
   /// \param path      file to be written; `-` is standard output.
   /// \param existing  what to do if the file exists; with Existing::refuse ExistsError is thrown.
   /// \param stop      once it is set, writing to a pipe that nobody reads is given up after a second; may be null.
-  explicit OutputFile(std::string path, Existing existing = Existing::refuse, const std::atomic<bool>* stop = nullptr);
+  /// \param compression  Compression::by_name throws for such a name if this build cannot compress.
+  explicit OutputFile(std::string path, Existing existing = Existing::refuse, const std::atomic<bool>* stop = nullptr,
+                      Compression compression = Compression::by_name);
   /// Removes what was written, unless commit() has returned.
   ~OutputFile();
   OutputFile(OutputFile&&) noexcept;
   OutputFile& operator=(OutputFile&&) noexcept;
 
-  /// From here on stream() compresses by gzip, at the same bytes for the same text. To be called before anything is
-  /// written. Throws if this build cannot.
-  void compress();
   /// Buffered stream to write to. If writing fails, the stream goes bad, and check() and commit() give the reason.
   std::ostream& stream();
   /// Throws if something could not be written so far. A full disk is noticed in this way before the end.
@@ -66,9 +71,6 @@ class OutputFile {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// Whether the name of a file asks for gzip: it ends in ".gz".
-bool named_gzip(const std::string& path);
 
 /// Writes `text` to a file in one call; throws as OutputFile does.
 void write_file(const std::string& path, const std::string& text, Existing existing = Existing::refuse);

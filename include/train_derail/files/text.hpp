@@ -39,6 +39,11 @@ inline bool is_control(char32_t c) {
          (c >= 0x2066 && c <= 0x2069) || c == 0xfeff || c == 0xfffe || c == 0xffff;
 }
 
+/// Returns `text` with the letters of ASCII in lower case.
+std::string lower_case(std::string_view text);
+/// Returns `text` without blanks and tabs at its ends; a part of the same text.
+std::string_view trimmed(std::string_view text);
+
 /// Whether a text is valid UTF-8 without NUL characters.
 bool is_utf8(std::string_view text);
 

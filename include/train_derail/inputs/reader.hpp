@@ -42,6 +42,7 @@ struct Layers {
   /// File from which a key and all keys below it come. The entry "" is for all keys without an entry of their own.
   /// Empty if the tree had no base.
   std::map<std::string, std::string> sources;
+  std::string consist_folder;  ///< from which the files of a train list start that the key `consist` names
 };
 /// Completes `tree` by the scenario file that its key `base` names, and by the base of that file in turn. Values of the
 /// tree itself win. Groups are completed key by key; lists are taken as a whole.

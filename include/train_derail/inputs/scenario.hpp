@@ -288,6 +288,9 @@ struct Scenario {
   OutcomeRules outcome;
   Output output;
   Solver solver;
+  /// What the reader took for what a train list does not say, one line each; without influence on the motion. They are
+  /// among the warnings().
+  std::vector<std::string> assumptions;
 };
 
 /// Returns the key of a part beyond the paper's model that is switched on, or "" if there is none.

@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <yaml-cpp/yaml.h>
-
 #include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/scenario.hpp"
@@ -28,8 +26,6 @@ struct TrainList {
   const CouplerType* coupler = nullptr;  ///< that all cars have; null if the list does not say, or not one for all
   std::vector<std::string> assumptions;  ///< each a line of text
 
-  /// The blocks of a scenario.
-  std::vector<CarBlock> consist() const;
 };
 
 /// Reads a train list. Its columns are described by describe_train_lists().
@@ -39,12 +35,18 @@ struct TrainList {
 /// say, and is taken from the type of a car, stands in `assumptions`.
 TrainList read_train_list(const std::string& path, const CarTypes& types, double coupler_length);
 
-/// Returns what was assumed where the scenario file at `path` names a train list; empty if it has blocks. Throws
-/// InputError as read_scenario_file() does for its files.
-std::vector<std::string> assumptions(const std::string& path, const std::vector<Override>& overrides = {});
+/// A value of a block, as its key has it.
+struct BlockEntry {
+  const char* key;    ///< "weight"
+  std::string si;     ///< number in SI units, or text
+  std::string shown;  ///< the same as YAML in the unit that people read: "286 kip"
+};
+/// Returns the values of a block that do not stand at their default, and those that every block has.
+std::vector<BlockEntry> entries(const CarBlock& block);
 
-/// Returns coupler.length [m] of a tree that need not be a whole scenario; the default if it has none.
-double coupler_length(const YAML::Node& tree);
+/// Returns coupler.length [m] of a tree that need not be a whole scenario; the default if it has none. Throws
+/// InputError, which names `source` or the file of the tree, if a key of the group coupler is wrong.
+double coupler_length(const Layers& layers, const std::string& source, const std::vector<Override>& overrides = {});
 
 /// Returns the scenario of a train list as YAML, with each assumption as a comment.
 /// \param source  name of the table, for its title and comments.

@@ -21,8 +21,8 @@ struct Warning {
 std::string to_string(const Warning& warning);
 
 /// Returns the warnings for a valid scenario; none if nothing is unusual. There is a warning for each number outside
-/// its usual range, for each value that is not the default and that the chosen laws do not use, and for trains of a
-/// kind that has not been compared with real accidents.
+/// its usual range, for each value that is not the default and that the chosen laws do not use, for trains of a
+/// kind that has not been compared with real accidents, and for what was assumed of a train list.
 std::vector<Warning> warnings(const Scenario& scenario);
 
 /// The same for a scenario with the changed inputs `given`: a changed input without effect gives a warning even if its

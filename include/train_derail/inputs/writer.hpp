@@ -12,6 +12,9 @@ namespace train_derail::inputs {
 /// that people read. read_scenario() reads the same scenario back from it.
 std::string to_yaml(const Scenario& scenario);
 
+/// Returns `value` as a text of YAML in double quotes.
+std::string yaml_text(const std::string& value);
+
 /// Returns the list of all keys for `derail keys`: allowed and usual range with unit, default, meaning, when it acts.
 std::string describe_keys();
 

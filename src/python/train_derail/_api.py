@@ -236,11 +236,7 @@ class Simulation:
         """Runs on to the next point of the output grid; false: it had ended before."""
         if self.ended:
             return False
-        time, interval = self.time, self._core.interval
-        tick = int(time / interval)
-        while tick * interval <= time:  # the quotient may have been rounded down from the point where it stands
-            tick += 1
-        self._core.advance(tick * interval)
+        self._core.step()
         return True
 
     def run(self) -> None:
