@@ -13,7 +13,8 @@ namespace {
 class RecordedRun final : public BagOutput {
  public:
   RecordedRun(const std::string& path, files::Existing existing, const simulation::Simulation& simulation)
-      : bag_(files::OutputFile(ros_face::bag_path(path), existing, nullptr, files::Compression::never), "/train_derail"),
+      : bag_(files::OutputFile(ros_face::bag_path(path), existing, nullptr, files::Compression::never),
+             "/train_derail"),
         stream_({}, {&bag_}),
         view_(simulation, scene::kEventCouplerForce) {
     stream_.start_run(view_, {});

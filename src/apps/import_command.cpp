@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "files.hpp"
+#include "import_track.hpp"
 #include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
@@ -25,20 +26,6 @@ struct ConsistArguments {
 
 inputs::CarTypes types_of(const std::optional<std::string>& path) {
   return path ? inputs::car_types(*path) : inputs::car_types();
-}
-
-/// How a file names another one: from its own folder, if it has one.
-std::string seen_from(const std::string& file, const std::string& other) {
-  if (file == "-") return other;
-  // By the names alone, as the reader of scenarios does it: links are not followed.
-  const fs::path folder = fs::absolute(file).lexically_normal().parent_path();
-  return fs::absolute(other).lexically_normal().lexically_relative(folder).string();
-}
-
-/// Prints what was assumed on standard error, one line each.
-void say_assumptions(const std::string& heading, const std::vector<std::string>& assumptions) {
-  std::cerr << "derail: " << heading << "\n";
-  for (const std::string& a : assumptions) std::cerr << "  " << files::printable(a) << "\n";
 }
 
 int import_consist(const ConsistArguments& a) {
@@ -61,8 +48,20 @@ int import_consist(const ConsistArguments& a) {
 
 }  // namespace
 
+std::string seen_from(const std::string& file, const std::string& other) {
+  if (file == "-") return other;
+  // By the names alone, as the reader of scenarios does it: links are not followed.
+  const fs::path folder = fs::absolute(file).lexically_normal().parent_path();
+  return fs::absolute(other).lexically_normal().lexically_relative(folder).string();
+}
+
+void say_assumptions(const std::string& heading, const std::vector<std::string>& assumptions) {
+  std::cerr << "derail: " << heading << "\n";
+  for (const std::string& a : assumptions) std::cerr << "  " << files::printable(a) << "\n";
+}
+
 void add_import_command(CLI::App& app, std::function<int()>& chosen) {
-  CLI::App* command = app.add_subcommand("import", "Make a scenario of a train list");
+  CLI::App* command = app.add_subcommand("import", "Make a scenario of a train list or of a track file");
   command->require_subcommand(1);
 
   auto consist = std::make_shared<ConsistArguments>();
@@ -75,6 +74,8 @@ void add_import_command(CLI::App& app, std::function<int()>& chosen) {
   add_path(consist_command, "--base", consist->base, "Scenario for all but the consist, as config/accident.yaml");
   add_force(consist_command, consist->force);
   consist_command->callback([consist, &chosen] { chosen = [consist] { return import_consist(*consist); }; });
+
+  add_import_track(command, chosen);
 
   auto types = std::make_shared<std::optional<std::string>>();
   CLI::App* types_command =

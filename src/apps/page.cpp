@@ -24,15 +24,15 @@ namespace {
 
 constexpr const char* kScript = "make_page.py";
 
-/// The script: beside this program, where a build has it, or where scripts are installed.
-fs::path script() {
+/// A script: beside this program, where a build has it, or where scripts are installed.
+fs::path found(const std::string& script) {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error), folder = program.parent_path();
-  for (const fs::path& path : {folder / kScript, folder / TRAIN_DERAIL_TO_SCRIPTS / kScript}) {
+  for (const fs::path& path : {folder / script, folder / TRAIN_DERAIL_TO_SCRIPTS / script}) {
     if (fs::exists(path, error)) return path;
   }
-  throw std::runtime_error(fmt::format("{}: not found beside {} nor in {}: it makes the page", kScript,
-                                       program.string(), TRAIN_DERAIL_TO_SCRIPTS));
+  throw std::runtime_error(
+      fmt::format("{}: not found beside {} nor in {}", script, program.string(), TRAIN_DERAIL_TO_SCRIPTS));
 }
 
 /// A file in memory that nobody else sees.
@@ -69,10 +69,12 @@ class MemoryFile {
   int descriptor_;
 };
 
-std::string run_script(std::vector<std::string> arguments, const std::string& input) {
+}  // namespace
+
+std::string run_script(const std::string& script, std::vector<std::string> arguments, const std::string& input) {
   const MemoryFile in, out, said;
   in.write(input);
-  arguments.insert(arguments.begin(), script().string());
+  arguments.insert(arguments.begin(), found(script).string());
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -93,19 +95,16 @@ std::string run_script(std::vector<std::string> arguments, const std::string& in
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return out.read();
   std::string message = said.read();
   while (!message.empty() && message.back() == '\n') message.pop_back();
-  const std::string how = WIFSIGNALED(status) ? fmt::format("killed by signal {} ({})", WTERMSIG(status),
-                                                            strsignal(WTERMSIG(status)))
-                                              : fmt::format("exit code {}", WEXITSTATUS(status));
-  throw std::runtime_error(fmt::format("the page could not be made: {}: {}{}{}", kScript, how,
-                                       message.empty() ? "" : ": ", message));
+  const std::string how = WIFSIGNALED(status)
+                              ? fmt::format("killed by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)))
+                              : fmt::format("exit code {}", WEXITSTATUS(status));
+  throw std::runtime_error(fmt::format("{}: {}{}{}", script, how, message.empty() ? "" : ": ", message));
 }
 
-}  // namespace
-
-void require_page_maker() { run_script({"--check"}, ""); }
+void require_page_maker() { run_script(kScript, {"--check"}, ""); }
 
 std::string make_page(const std::string& template_name, const std::string& document) {
-  return run_script({template_name}, document);
+  return run_script(kScript, {template_name}, document);
 }
 
 }  // namespace train_derail::apps

@@ -3,8 +3,13 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace train_derail::apps {
+
+/// Runs a script of this package. Returns its standard output; `input` is its standard input. Throws
+/// std::runtime_error if it is not found or fails, with its name, its exit code or signal, and what it says.
+std::string run_script(const std::string& script, std::vector<std::string> arguments, const std::string& input);
 
 /// Throws std::runtime_error if the script or what it needs is missing, so that this is said before the computing.
 void require_page_maker();

@@ -75,7 +75,7 @@ void check_type(const CarType& t, const std::string& prefix) {
   }
   if (t.truck_spacing > t.length)
     wrong("truck_spacing", fmt::format("{}", t.truck_spacing), "larger than the length",
-           fmt::format("(0, {}] m", t.length));
+          fmt::format("(0, {}] m", t.length));
   if (t.loaded < t.empty)
     wrong("loaded", fmt::format("{}", t.loaded), "less than empty", fmt::format(">= {} N", t.empty));
 }

@@ -470,8 +470,9 @@ class BlockLister {
 
   void text(const char* key, const std::string& value, const Doc& doc) { add(key, value, yaml_text(value), doc); }
   void number(const char* key, double value, const NumberInput& q, const Doc& doc) {
-    const std::string unit = *q.shown != '\0' ? q.shown : q.unit;
-    add(key, number_text(value), fmt::format("{:.9g} {}", from_si(value, q.unit, unit), unit), doc);
+    const std::string shown =
+        *q.shown != '\0' ? fmt::format("{:.9g} {}", from_si(value, q.unit, q.shown), q.shown) : number_text(value);
+    add(key, number_text(value), shown, doc);
   }
   void number(const char* key, const std::optional<double>& value, const NumberInput& q, const Doc& doc) {
     if (value) number(key, *value, q, doc);

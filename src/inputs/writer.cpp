@@ -22,9 +22,7 @@ class Writer {
   Writer(std::string& out, std::string indent, std::string first_indent)
       : out_(out), indent_(std::move(indent)), first_(std::move(first_indent)) {}
 
-  void text(const char* key, const std::string& value, const Doc&) {
-    line(key, yaml_text(value));
-  }
+  void text(const char* key, const std::string& value, const Doc&) { line(key, yaml_text(value)); }
   void number(const char* key, double value, const NumberInput& q, const Doc&) {
     std::string comment = std::string(q.unit) == "1" ? "" : q.unit;
     if (*q.shown != '\0' && std::isfinite(value)) {
@@ -87,9 +85,7 @@ class Lister {
   Lister(std::string& out, std::string prefix, const When* when = nullptr)
       : out_(out), prefix_(std::move(prefix)), when_(when) {}
 
-  void text(const char* key, const std::string& value, const Doc& doc) {
-    row(key, "text", yaml_text(value), doc);
-  }
+  void text(const char* key, const std::string& value, const Doc& doc) { row(key, "text", yaml_text(value), doc); }
   void number(const char* key, double value, const NumberInput& q, const Doc& doc) {
     row(key, allowed(q), q.required ? "required" : number_text(value), doc);
   }

@@ -14,9 +14,9 @@ namespace fs = std::filesystem;
 
 /// From the ground up. python, ros and rviz, apps and nodes are five ways into the house: none of the later floors
 /// includes a private header of another.
-const std::vector<std::string> kFloors{"files",   "simd",       "inputs", "fields",    "model", "solver",
-                                       "outcome", "simulation", "scene",  "multibody", "study", "validation",
-                                       "python",  "ros",        "rviz",   "apps",      "nodes"};
+const std::vector<std::string> kFloors{"files",      "simd",    "inputs",     "tracks", "fields",    "model",
+                                       "solver",     "outcome", "simulation", "scene",  "multibody", "study",
+                                       "validation", "python",  "ros",        "rviz",   "apps",      "nodes"};
 
 std::size_t floor_of(const std::string& name) {
   return static_cast<std::size_t>(std::find(kFloors.begin(), kFloors.end(), name) - kFloors.begin());

@@ -209,7 +209,8 @@ TEST_F(TrainLists, AScenarioNamesATrainListBesideItself) {
   // Nothing is assumed in silence.
   const Result checked = derail("check " + at("own.yaml"));
   EXPECT_EQ(checked.code, 0);
-  EXPECT_NE(checked.out.find("derail: warning: consist: a train list; assumed: order: as the rows stand"), std::string::npos);
+  EXPECT_NE(checked.out.find("derail: warning: consist: a train list; assumed: order: as the rows stand"),
+            std::string::npos);
   EXPECT_NE(checked.out.find("; gross weight of 2 cars (tank_car 2): of the type, loaded; "), std::string::npos);
   EXPECT_EQ(s.assumptions.size(), 6U);
   // A list of its own replaces the train list, and the other way round.
@@ -263,10 +264,9 @@ TEST_F(TrainLists, TypesOfOnesOwnComeFirst) {
             "types: [{name: a, body: b, length: 42 ft, width: 10 ft, truck_spacing: 58 ft, empty: 5 kip, loaded: 6 "
             "kip}]",
             "wrong.yaml:1: types[0].truck_spacing = '58 ft': larger than the length"},
-        std::pair{
-            "\ntypes:\n- {name: a, body: b, length: 420 ft, width: 10 ft, truck_spacing: 28 ft, empty: 5 kip,"
-            " loaded: 6 kip}",
-            "wrong.yaml:3: types[0].length = '420 ft': out of range; allowed: [1, 100] m"}}) {
+        std::pair{"\ntypes:\n- {name: a, body: b, length: 420 ft, width: 10 ft, truck_spacing: 28 ft, empty: 5 kip,"
+                  " loaded: 6 kip}",
+                  "wrong.yaml:3: types[0].length = '420 ft': out of range; allowed: [1, 100] m"}}) {
     put("wrong.yaml", change);
     try {
       inputs::car_types(at("wrong.yaml"));

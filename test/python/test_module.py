@@ -383,6 +383,14 @@ class ScenarioTest(Case):
                          [w for w in train_derail.run(BASELINE, coupler__slack='4 ft').outcome['warnings'] if 'coupler.slack' in w][:1])
         self.assertTrue(any('coupler.slack' in w for w in train_derail.load(BASELINE, coupler__slack='4 ft').warnings))
 
+    def test_what_is_assumed_of_a_train_list_is_a_warning(self):
+        train = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'examples', 'train.csv')
+        text = 'initial: {speed: 20 mph, yaw_rate: 0.1}\nstop: {time_max: 1 s}\nconsist: {file: %s}\n' % json.dumps(os.path.abspath(train))
+        scenario = train_derail.loads(text)
+        assumed = [w for w in scenario.warnings if 'a train list; assumed: tons: short tons' in w]
+        self.assertEqual(len(assumed), 1, scenario.warnings)
+        self.assertIn(assumed[0], train_derail.run(scenario).outcome['warnings'])
+
     def test_every_key_is_listed(self):
         for key in train_derail.load(ACCIDENT).keys():
             head, bracket, rest = key.partition('[')

@@ -6,8 +6,10 @@ import glob
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
+import tempfile
 import unittest
 import xml.etree.ElementTree
 
@@ -57,16 +59,29 @@ class ReadmeTest(unittest.TestCase):
         self.assertEqual(re.findall('^\\| `([a-z0-9_]+)`', table, re.M), list(outcome))
 
     def test_commands_and_options(self):
-        commands = re.findall(r'\bderail (run|check|keys|fields|study|merge|report|validate|verify)\b([^\n#]*)', self.text)
+        commands = re.findall(r'\bderail (run|check|keys|fields|study|merge|report|validate|verify|import (?:consist|track))\b([^\n#]*)', self.text)
         self.assertGreater(len(commands), 8)
         for command, rest in commands:
-            known = derail(command, '--help')
+            known = derail(*command.split(), '--help')
             for option in re.findall(r'(?<![\w-])--[a-z][a-z-]*', rest):
                 self.assertIn(option, known, 'derail ' + command)
         everywhere = ''.join(derail(c, '--help') for c in ('run', 'check', 'keys', 'fields', 'study', 'merge', 'report', 'validate', 'verify'))
         for option in re.findall(r'`(--[a-z][a-z-]*)', self.text):
             if option not in ('--clock', '--help'):  # of rosbag play
                 self.assertIn(option, everywhere)
+
+    def test_what_is_imported_runs(self):
+        """The examples of train lists and track files: as the README has them, in a folder of their own."""
+        lines = re.findall(r'rosrun train_derail derail (import [^\n#]*)', read('README.md'))
+        self.assertEqual(len(lines), 2)
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ('config', 'examples'):
+                os.symlink(os.path.join(ROOT, name), os.path.join(folder, name))
+            for line in lines:
+                words = shlex.split(line)
+                subprocess.run([DERAIL, *words], cwd=folder, check=True, timeout=300, stderr=subprocess.PIPE)
+                out = os.path.join(folder, words[words.index('-o') + 1])
+                derail('run', out, '--quiet', '--set', 'stop.time_max=0.1 s')
 
     def test_exit_codes(self):
         def codes(text):

@@ -25,7 +25,6 @@ struct TrainList {
   std::vector<Block> blocks;             ///< from the foremost car back
   const CouplerType* coupler = nullptr;  ///< that all cars have; null if the list does not say, or not one for all
   std::vector<std::string> assumptions;  ///< each a line of text
-
 };
 
 /// Reads a train list. Its columns are described by describe_train_lists().

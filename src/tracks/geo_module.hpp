@@ -1,0 +1,23 @@
+/// \file
+/// What the library asks of the module with GDAL. Errors are std::runtime_error.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "train_derail/tracks/line.hpp"
+
+namespace train_derail::tracks {
+
+inline constexpr char kGeoModule[] = "libtrain_derail_geo.so";
+
+/// Lines of a file; each a list of points without `where`.
+/// \param driver  GDAL's name of the form: "GeoJSON", "KML", "GPX".
+using ReadLines = std::vector<std::vector<LinePoint>> (*)(const std::string& content, const char* driver);
+inline constexpr char kReadLines[] = "train_derail_read_lines";
+
+/// Takes degrees into a plane, or, if `back`, points of the plane into degrees; in place.
+using Project = void (*)(double longitude, double latitude, bool back, std::vector<double>& x, std::vector<double>& y);
+inline constexpr char kProject[] = "train_derail_project";
+
+}  // namespace train_derail::tracks
