@@ -50,6 +50,7 @@ void describe_coupler_type(V& v, C& c) {
   v.texts("also", c.also, "");
   v.number("pitch_limit", c.pitch_limit, {"rad", "deg", between(0, 1.5)}, "");
   v.number("slip_height", c.slip_height, {"m", "in", between_or_infinite(0.01, 1e6)}, "");
+  v.number("vertical_hold", c.vertical_hold, {"N", "kip", between_or_infinite(1, 1e12)}, "");
   v.number("roll_limit", c.roll_limit, {"rad", "deg", between_or_infinite(0, 100)}, "");
 }
 
@@ -101,6 +102,20 @@ bool is_word_for(const std::string& bare, const std::string& name, const std::ve
 }
 
 }  // namespace
+
+CouplerHold coupler_hold(const Coupler& coupler, const std::string& lead, const std::string& trail) {
+  const CarTypes& known = car_types();
+  const auto hold = [&](const std::string& type) {
+    const CouplerType& c = *known.coupler(type.empty() ? coupler.type : type);
+    return CouplerHold{c.pitch_limit.value_or(7.0 * kDegree), c.slip_height.value_or(kInfinity),
+                       c.vertical_hold.value_or(200.0 * kKip), c.roll_limit.value_or(10.0 * kDegree)};
+  };
+  const CouplerHold a = hold(lead), b = hold(trail);
+  return {coupler.pitch_limit.value_or(std::min(a.pitch_limit, b.pitch_limit)),
+          coupler.slip_height.value_or(std::max(a.slip_height, b.slip_height)),
+          coupler.vertical_hold.value_or(std::min(a.vertical_hold, b.vertical_hold)),
+          coupler.roll_limit.value_or(std::max(a.roll_limit, b.roll_limit))};
+}
 
 std::string bare_name(std::string_view text) {
   std::string bare;

@@ -82,6 +82,8 @@ inline constexpr std::array<Names<OffTrackLaw>, 2> kOffTrackLaws{
 inline constexpr std::array<Names<BrakeLaw>, 2> kBrakeLaws{{{"friction", BrakeLaw::friction}, {"air", BrakeLaw::air}}};
 inline constexpr std::array<Names<BrakeSignal>, 2> kBrakeSignals{
     {{"pneumatic", BrakeSignal::pneumatic}, {"electronic", BrakeSignal::electronic}}};
+inline constexpr std::array<Names<BodyShape>, 2> kBodyShapes{
+    {{"box", BodyShape::box}, {"cylinder", BodyShape::cylinder}}};
 inline constexpr std::array<Names<BrakeSource>, 2> kBrakeSources{
     {{"none", BrakeSource::none}, {"remote", BrakeSource::remote}}};
 inline constexpr std::array<Names<ContactLaw>, 2> kContactLaws{
@@ -237,6 +239,12 @@ void describe_block(V& v, C& c) {
            {"Top of the body above the rail; left out: by name.", &kSpatial});
   v.number("roll_inertia", c.roll_inertia, {"kg m2", "lb ft2", between(1, 1e9), between(1e4, 1e6)},
            {"About the axis along the car; left out: of a box, for tank_car of a cylinder.", &kSpatial});
+  v.text("coupler_type", c.coupler_type,
+         {"Couplers of the block: a type as coupler.type has it; left out: that.", &kSpatial});
+  v.choice("shape", c.shape, kBodyShapes,
+           {"Of the body on the ground; cylinder: a tank along the car, as wide or as high as the box, whichever is "
+            "less.",
+            &kSpatial});
   v.number("brake_share", c.brake_share, {"1", "", between(0, 10), between(0, 3)},
            {"Share of brakes.force that these cars develop; 0: cut out.", &kAirBrakes});
   v.choice("brake_source", c.brake_source, kBrakeSources,
@@ -272,6 +280,10 @@ void describe_coupler(V& v, C& c) {
   v.number("break_moment", c.break_moment,
            {"N m", "lbf ft", between_or_infinite(1, 1e12), between_or_infinite(1e4, 1e8)},
            "Sum of the end moments at which the coupler breaks.");
+  v.text("type", c.type,
+         {"E, E_shelf, F, rotary, or another word for them (docs/import.md): what is left out of pitch_limit, "
+          "slip_height, vertical_hold and roll_limit follows from it.",
+          &kSpatial});
   v.number("height", c.height, {"m", "in", between(0.1, 3), between(0.6, 1.2)}, {"Pins above the rail.", &kSpatial});
   v.number("pitch_limit", c.pitch_limit, {"rad", "deg", between(0, 1.5), between(0.02, 0.6)},
            {"Swing up and down at which the vertical stop begins: type E with shelves and F 6-7 deg.", &kSpatial});
@@ -423,6 +435,20 @@ void describe_suspension(V& v, S& s) {
            {"Roll of the body at which a truck that carries nothing parts from it.", &kSpatial});
 }
 
+template <class V, class S>
+void describe_terrain_section(V& v, S& s) {
+  const NumberInput height{"m", "ft", between(-100, 100), between(-20, 20)};
+  v.number("start", s.start, required({"m", "ft", kPlaces}), "Along the track from the point of derailment, forward.");
+  v.number("length", s.length, required({"m", "ft", between(0.01, 1e5)}), "Length of the stretch.");
+  v.number("ballast_height", s.ballast_height, {"m", "in", between(0, 5), between(0, 1)}, "");
+  v.number("ballast_half_width", s.ballast_half_width, {"m", "ft", between(0.5, 1e3), between(1.2, 5)}, "");
+  v.number("ballast_slope", s.ballast_slope, {"1", "", between(0.001, 10), between(0.3, 1)}, "");
+  v.number("crown", s.crown, {"m", "ft", between(0.5, 1e3), between(1.5, 10)}, "");
+  v.number("bank_slope", s.bank_slope, {"1", "", between(0.001, 10), between(0.1, 1.5)}, "");
+  v.number("bank_left", s.bank_left, height, "");
+  v.number("bank_right", s.bank_right, height, "");
+}
+
 template <class V, class T>
 void describe_terrain(V& v, T& t) {
   v.number("rail_height", t.rail_height, {"m", "in", between(0, 2), between(0, 0.5)},
@@ -441,6 +467,12 @@ void describe_terrain(V& v, T& t) {
            {"Height of the bank on the left; negative: a cut.", &kSpatial});
   v.number("bank_right", t.bank_right, {"m", "ft", between(-100, 100), between(-20, 20)},
            {"Height of the bank on the right; negative: a cut.", &kSpatial});
+  v.number("transition", t.transition, {"m", "ft", between(0.1, 1e4), between(1, 200)},
+           {"Over which a cross-section changes into the next, half before and half beyond the end of a section.",
+            &kSpatial});
+  v.list(
+      "sections", t.sections, [](auto& w, auto& s) { describe_terrain_section(w, s); },
+      {"Stretches with another cross-section; what one leaves out is as terrain has it.", &kSpatial}, false);
   v.number("body_friction", t.body_friction, {"1", "", between(0, 10), between(0.1, 1.5)},
            {"Friction of a body on the ground.", &kSpatial});
   v.number("body_stiffness", t.body_stiffness, {"N/m", "lbf/ft", between(1e3, 1e12), between(1e6, 1e8)},

@@ -413,7 +413,8 @@ class Reader {
     std::vector<std::string> each;
     for (const auto& [name, count] : counts)
       each.push_back(fmt::format("{} {}", name.empty() ? "not said" : name, count));
-    assume("couplers differ (cars: {}): a scenario has one for all, that of its group coupler", fmt::join(each, ", "));
+    assume("couplers differ (cars: {}): all get that of the group coupler; coupler_type of a block sets its own",
+           fmt::join(each, ", "));
   }
 
   template <class... A>
@@ -587,6 +588,10 @@ std::string to_scenario(TrainList& train, const std::string& source, const std::
     if (c->slip_height)
       out +=
           "  slip_height: " + (*c->slip_height == kInfinity ? ".inf" : fmt::format("{:.9g} m", *c->slip_height)) + "\n";
+    if (c->vertical_hold) {
+      out += "  vertical_hold: " +
+             (*c->vertical_hold == kInfinity ? ".inf" : fmt::format("{:.9g} kip", *c->vertical_hold / kKip)) + "\n";
+    }
     if (c->roll_limit) out += "  roll_limit: " + angle(*c->roll_limit) + "\n";
   }
   return motion.empty() ? out : out + "\n" + motion;

@@ -2,6 +2,7 @@
 
 #include "checker.hpp"
 #include "schema.hpp"
+#include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/inputs/reader.hpp"
@@ -57,6 +58,7 @@ void check_parts(const Scenario& s) {
   };
   in_order(s.track.curves, "track.curves", "curve");
   in_order(s.track.grades, "track.grades", "grade");
+  in_order(s.terrain.sections, "terrain.sections", "section");
   for (std::size_t i = 0; i < s.ground.patches.size(); ++i) {
     const GroundPatch& p = s.ground.patches[i];
     const auto rises = [&](const char* name, double from, double to) {
@@ -96,10 +98,23 @@ void check_counts(const Scenario& s) {
   };
   items(s.track.curves.size(), kCurvesMax, "track.curves");
   items(s.track.grades.size(), kCurvesMax, "track.grades");
+  items(s.terrain.sections.size(), kCurvesMax, "terrain.sections");
   items(s.ground.patches.size(), kPatchesMax, "ground.patches");
 }
 
+void check_coupler(const std::string& key, const std::string& type) {
+  if (car_types().coupler(type) != nullptr) return;
+  std::vector<std::string> names;
+  for (const CouplerType& c : car_types().couplers) names.push_back(c.name);
+  refuse(key, type, "unknown type of coupler", fmt::format("{}", fmt::join(names, ", ")));
+}
+
 void check_across(const Scenario& s) {
+  check_coupler("coupler.type", s.coupler.type);
+  for (std::size_t i = 0; i < s.consist.size(); ++i) {
+    if (const std::string& type = s.consist[i].coupler_type; !type.empty())
+      check_coupler(fmt::format("consist[{}].coupler_type", i), type);
+  }
   int cars = 0;
   for (std::size_t i = 0; i < s.consist.size(); ++i) {
     const CarBlock& b = s.consist[i];

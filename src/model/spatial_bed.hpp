@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Geometry>
 
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
 #include "train_derail/model/track_profile.hpp"
@@ -25,7 +27,9 @@ class SpatialBed {
   explicit SpatialBed(const inputs::Scenario& s)
       : track(s, inputs::track_extent(s).from, inputs::track_extent(s).to),
         profile(s),
+        patches_(s.ground.patches),
         terrain_(s.terrain),
+        usual_(s.terrain),
         level_(model::level(s.terrain) && s.track.grades.empty()),
         highest_(model::highest_ground(s.terrain)) {}
 
@@ -38,8 +42,8 @@ class SpatialBed {
   /// Under a point that is near arc length s_near of the track.
   Under ground(const Eigen::Vector3d& p, double s_near) const {
     if (level_) return {-terrain_.rail_height, Eigen::Vector3d::UnitZ()};
-    if (track.straight() && profile.flat()) {
-      const GroundHeight g = ground_height(terrain_, p.y());
+    if (track.straight() && profile.flat() && terrain_.sections.empty()) {
+      const GroundHeight g = ground_height(usual_, p.y());
       return {g.z, {0.0, -g.slope, 1.0}};
     }
     const double s = track.foot({p.x(), p.y()}, s_near);
@@ -63,6 +67,13 @@ class SpatialBed {
     if (profile.flat()) return highest_;
     return highest_ + profile.at(s).bed + reach * profile.steepest();
   }
+  /// Product of the factors of the patches that a point near arc length s_near lies on.
+  double patch_factor(const Eigen::Vector3d& p, double s_near) const {
+    if (patches_.empty()) return 1.0;
+    if (track.straight()) return model::patch_factor(patches_, p.x(), p.y());
+    const double s = track.foot({p.x(), p.y()}, s_near);
+    return model::patch_factor(patches_, s, offset_of(p, track.at(s)));
+  }
   /// Height of the rails' plane at a point.
   double rails(const Eigen::Vector3d& p, double s_near) const {
     if (profile.flat()) return 0.0;
@@ -73,17 +84,28 @@ class SpatialBed {
 
  private:
   Under ground_at(const Eigen::Vector3d& p, double s, const Track::Node& node) const {
-    const GroundHeight g = ground_height(terrain_, offset_of(p, node));
+    const double offset = offset_of(p, node);
     const TrackProfile::Place along = profile.at(s);
+    double rise = along.grade;
+    if (!terrain_.sections.empty()) rise += change_along(s, offset);
+    const GroundHeight g = ground_height(terrain_.sections.empty() ? usual_ : cross_section(terrain_, s), offset);
     return {along.bed + g.z,
-            {g.slope * node.tangent.y() - along.grade * node.tangent.x(),
-             -g.slope * node.tangent.x() - along.grade * node.tangent.y(), 1.0}};
+            {g.slope * node.tangent.y() - rise * node.tangent.x(),
+             -g.slope * node.tangent.x() - rise * node.tangent.y(), 1.0}};
+  }
+  /// Of the ground's height by sections, per length of track.
+  double change_along(double s, double offset) const {
+    constexpr double kReach = 0.01;  // m
+    const auto height = [&](double at) { return ground_height(cross_section(terrain_, at), offset).z; };
+    return (height(s + kReach) - height(s - kReach)) / (2.0 * kReach);
   }
   static double offset_of(const Eigen::Vector3d& p, const Track::Node& node) {
     return (p.y() - node.point.y()) * node.tangent.x() - (p.x() - node.point.x()) * node.tangent.y();
   }
 
+  const std::vector<inputs::GroundPatch>& patches_;
   const inputs::Terrain& terrain_;
+  const CrossSection usual_;
   const bool level_;
   const double highest_;  // where the track is level
 };

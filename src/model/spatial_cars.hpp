@@ -59,6 +59,7 @@ struct Body {
         spring_damping(side_damping(s.suspension, c.mass)),
         sag(0.25 * c.weight / spring),
         ground_damping(model::ground_damping(s.terrain, c.mass)),
+        cylinder(c.cylinder),
         radius(box_half.norm() + box_centre.norm()) {}
 
   double mass, weight;
@@ -68,6 +69,7 @@ struct Body {
   double centre_height;
   double spring, spring_damping, sag;  // of a side of a truck; how far it is pressed at rest
   double ground_damping;
+  bool cylinder;  // so the body presses on the ground, instead of as a box
   double radius;  // of a sphere about the centre of mass, around the body
 
   double kinetic(const SpatialMotion& q) const {
@@ -146,15 +148,16 @@ class SpatialCars {
     m.centre = of_car(state + SX * n, car);
     m.velocity = of_car(state + SVX * n, car);
     m.body_rates = of_car(state + ROLL_RATE * n, car);
-    for (Eigen::Index c = 0; c < 3; ++c)
-      m.axes.col(c) = of_car(axes.data() + static_cast<std::size_t>(3 * c) * n, car);
+    for (Eigen::Index c = 0; c < 3; ++c) m.axes.col(c) = of_car(axes.data() + static_cast<std::size_t>(3 * c) * n, car);
     m.rotation = of_car(rotation.data(), car);
     return m;
   }
   Eigen::Vector3d centre(std::size_t k) const { return of_car(state + SX * n, k); }
   Eigen::Vector3d velocity(std::size_t k) const { return of_car(state + SVX * n, k); }
   /// Of three columns.
-  Eigen::Vector3d of_car(const double* first, std::size_t k) const { return {first[k], first[n + k], first[2 * n + k]}; }
+  Eigen::Vector3d of_car(const double* first, std::size_t k) const {
+    return {first[k], first[n + k], first[2 * n + k]};
+  }
 
   void add(std::size_t car, const Eigen::Vector3d& f, const Eigen::Vector3d& t) {
     for (std::size_t c = 0; c < 3; ++c) {

@@ -88,7 +88,8 @@ void SpatialContacts::press_all(double t, double h) {
   for (bool all = false; !all;) {
     all = true;
     for (Pair& pair : pairs_) {
-      const bool lie = cars_.rest.lies(static_cast<std::size_t>(pair.a)) && cars_.rest.lies(static_cast<std::size_t>(pair.b));
+      const bool lie =
+          cars_.rest.lies(static_cast<std::size_t>(pair.a)) && cars_.rest.lies(static_cast<std::size_t>(pair.b));
       if (lie || pair.round == cars_.round) continue;
       pair.round = cars_.round;
       if (touch(t, h, pair)) all = false;
@@ -172,7 +173,8 @@ bool SpatialContacts::wakes(Pair& pair, const Vector3d& force) {
   return !cars_.rest.lies(car);
 }
 
-void SpatialContacts::note(double t, double h, Pair& pair, const BoxManifold& m, const Vector3d& velocity, double force) {
+void SpatialContacts::note(double t, double h, Pair& pair, const BoxManifold& m, const Vector3d& velocity,
+                           double force) {
   std::vector<Impact>& impacts = record_.incidents.impacts;
   const SpatialMotion &a = cars_.at(static_cast<std::size_t>(pair.a)), &b = cars_.at(static_cast<std::size_t>(pair.b));
   if (pair.impact < 0 || t - pair.seen > kSameImpact) {

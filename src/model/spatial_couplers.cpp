@@ -25,7 +25,8 @@ double stop_moment(double angle, double limit, double stiffness, double max) {
 
 }  // namespace
 
-SpatialCouplers::SpatialCouplers(SpatialCars& cars, AirBrakes& brakes, Record& record, Waker& waker)
+SpatialCouplers::SpatialCouplers(SpatialCars& cars, const std::vector<Car>& train, AirBrakes& brakes, Record& record,
+                                 Waker& waker)
     : cars_(cars), brakes_(brakes), record_(record), waker_(waker) {
   const std::size_t n = cars.n;
   for (auto* a : {&bars_, &about_lead_, &about_trail_}) a->assign(3 * (n + 1), 0.0);
@@ -39,6 +40,8 @@ SpatialCouplers::SpatialCouplers(SpatialCars& cars, AirBrakes& brakes, Record& r
     damping_[i] = coupler_damping(cars.scenario.coupler, cars.bodies[i].mass, cars.bodies[i + 1].mass);
   stops_.resize(alive_.size());
   held_.resize(alive_.size());
+  for (std::size_t i = 0; i < alive_.size(); ++i)
+    holds_.push_back(inputs::coupler_hold(cars.scenario.coupler, train[i].coupler_type, train[i + 1].coupler_type));
   show();
 }
 
@@ -48,8 +51,13 @@ void SpatialCouplers::show() {
   const double swing = std::min(law.swing_limit, law.break_swing);
   a.coupler = &law;
   a.tan_swing = swing < 0.5 * M_PI ? std::tan(swing) : inputs::kInfinity;
-  a.sin_pitch = law.pitch_limit < 0.5 * M_PI ? std::sin(law.pitch_limit) : 1.0;
-  a.cos_roll = law.roll_limit < M_PI ? std::cos(law.roll_limit) : -1.0;
+  double pitch = inputs::kInfinity, roll = inputs::kInfinity;
+  for (const inputs::CouplerHold& h : holds_) {
+    pitch = std::min(pitch, h.pitch_limit);
+    roll = std::min(roll, h.roll_limit);
+  }
+  a.sin_pitch = pitch < 0.5 * M_PI ? std::sin(pitch) : 1.0;
+  a.cos_roll = roll < M_PI ? std::cos(roll) : -1.0;
   a.alive = alive_.data();
   a.damping = damping_.data();
   a.axial = axial_.data();
@@ -85,7 +93,8 @@ double SpatialCouplers::roll(const SpatialMotion& lead, const SpatialMotion& tra
 /// False if no stop can be engaged and no swing be near its limit: found without an arc tangent.
 bool SpatialCouplers::turned_far(const SpatialMotion& lead, const SpatialMotion& trail, const Bar& b) const {
   for (const Vector3d& own : b.own) {
-    if (!(own.x() > 0.0 && std::abs(own.y()) <= cars_.arrays.tan_swing * own.x() && std::abs(own.z()) <= cars_.arrays.sin_pitch))
+    if (!(own.x() > 0.0 && std::abs(own.y()) <= cars_.arrays.tan_swing * own.x() &&
+          std::abs(own.z()) <= cars_.arrays.sin_pitch))
       return true;
   }
   const double a = b.own[0].y(), c = b.own[1].y();
@@ -95,15 +104,16 @@ bool SpatialCouplers::turned_far(const SpatialMotion& lead, const SpatialMotion&
   return !(dot > 0.0 && dot * dot >= cos_roll * cos_roll * (1.0 - a * a) * (1.0 - c * c));
 }
 
-double SpatialCouplers::stop_energy_of(const SpatialMotion& lead, const SpatialMotion& trail, const Bar& b) const {
+double SpatialCouplers::stop_energy_of(const SpatialMotion& lead, const SpatialMotion& trail, const Bar& b,
+                                       std::size_t i) const {
   const inputs::Coupler& law = cars_.scenario.coupler;
   if (!turned_far(lead, trail, b)) return 0.0;
   double e = 0.0;
   for (const int end : {0, 1}) {
     e += stop_energy(b.yaw(end), law.swing_limit, law.swing_stiffness, law.swing_moment_max);
-    e += stop_energy(b.pitch(end), law.pitch_limit, law.pitch_stiffness, inputs::kInfinity);
+    e += stop_energy(b.pitch(end), holds_[i].pitch_limit, law.pitch_stiffness, inputs::kInfinity);
   }
-  return e + stop_energy(roll(lead, trail, b), law.roll_limit, law.roll_stiffness, inputs::kInfinity);
+  return e + stop_energy(roll(lead, trail, b), holds_[i].roll_limit, law.roll_stiffness, inputs::kInfinity);
 }
 
 double SpatialCouplers::axial_energy_of(const Bar& b) const {
@@ -136,7 +146,7 @@ void SpatialCouplers::engage_stops(std::size_t i, const Bar& b) {
   for (const int end : {0, 1}) {
     const double swing = b.yaw(end);
     const double yaw = stop_moment(swing, law.swing_limit, law.swing_stiffness, law.swing_moment_max);
-    const double pitch = stop_moment(b.pitch(end), law.pitch_limit, law.pitch_stiffness, inputs::kInfinity);
+    const double pitch = stop_moment(b.pitch(end), holds_[i].pitch_limit, law.pitch_stiffness, inputs::kInfinity);
     found.swing = std::max(found.swing, std::abs(swing));
     moments += yaw;
     found.effort += (std::abs(yaw) + std::abs(pitch)) / cars_.bodies[i].half_length;
@@ -150,7 +160,7 @@ void SpatialCouplers::engage_stops(std::size_t i, const Bar& b) {
   }
   found.moment = std::abs(moments);
   const double twist =
-      stop_moment(roll(*both[0], *both[1], b), law.roll_limit, law.roll_stiffness, inputs::kInfinity);
+      stop_moment(roll(*both[0], *both[1], b), holds_[i].roll_limit, law.roll_stiffness, inputs::kInfinity);
   found.twist = std::abs(twist);
   found.effort += found.twist / cars_.bodies[i].half_length;
   for (const int end : {0, 1}) {
@@ -179,12 +189,12 @@ bool SpatialCouplers::break_coupler(double t, std::size_t i) {
   if (-force > law.break_draft) by = By::draft;
   else if (s.swing > law.break_swing) by = By::swing;
   else if (s.moment > law.break_moment) by = By::moment;
-  else if (std::abs(rise_[i]) > law.slip_height) by = By::slip;
-  else if (s.vertical > law.vertical_hold) by = By::vertical;
+  else if (std::abs(rise_[i]) > holds_[i].slip_height) by = By::slip;
+  else if (s.vertical > holds_[i].vertical_hold) by = By::vertical;
   else if (s.twist > law.break_twist) by = By::twist;
   else return false;
   const Bar b = bar(cars_.at(i), cars_.at(i + 1), i);
-  record_.spent.work_coupler_break += stop_energy_of(cars_.at(i), cars_.at(i + 1), b) + axial_energy_of(b);
+  record_.spent.work_coupler_break += stop_energy_of(cars_.at(i), cars_.at(i + 1), b, i) + axial_energy_of(b);
   alive_[i] = 0.0;
   const double at_limit = std::max(force, -law.break_draft);
   record_.incidents.broken.push_back({t, static_cast<Eigen::Index>(i), by, at_limit});
@@ -234,8 +244,8 @@ CouplerObservation SpatialCouplers::observe(const SpatialMotion& lead, const Spa
   o.moment_lead = moment(0);
   o.moment_trail = moment(1);
   o.lateral_force = (o.moment_lead + o.moment_trail) / b.gap;
-  const double up = stop_moment(b.pitch(0), law.pitch_limit, law.pitch_stiffness, inputs::kInfinity) +
-                    stop_moment(b.pitch(1), law.pitch_limit, law.pitch_stiffness, inputs::kInfinity);
+  const double up = stop_moment(b.pitch(0), holds_[i].pitch_limit, law.pitch_stiffness, inputs::kInfinity) +
+                    stop_moment(b.pitch(1), holds_[i].pitch_limit, law.pitch_stiffness, inputs::kInfinity);
   o.vertical_force = -up / b.gap;
   return o;
 }

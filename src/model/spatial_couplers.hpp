@@ -15,6 +15,7 @@
 #include "model/rest.hpp"
 #include "model/spatial_cars.hpp"
 #include "train_derail/files/archive.hpp"
+#include "train_derail/inputs/car_types.hpp"
 #include "train_derail/model/observation.hpp"
 
 namespace train_derail::model {
@@ -35,7 +36,7 @@ struct Bar {
 
 class SpatialCouplers {
  public:
-  SpatialCouplers(SpatialCars& cars, AirBrakes& brakes, Record& record, Waker& waker);
+  SpatialCouplers(SpatialCars& cars, const std::vector<Car>& train, AirBrakes& brakes, Record& record, Waker& waker);
 
   std::size_t count() const { return alive_.size(); }
   bool broken(std::size_t i) const { return alive_[i] == 0.0; }
@@ -44,7 +45,7 @@ class SpatialCouplers {
   Bar bar(const SpatialMotion& lead, const SpatialMotion& trail, std::size_t i) const;
   /// Stored in a coupler that holds [J].
   double axial_energy_of(const Bar& b) const;
-  double stop_energy_of(const SpatialMotion& lead, const SpatialMotion& trail, const Bar& b) const;
+  double stop_energy_of(const SpatialMotion& lead, const SpatialMotion& trail, const Bar& b, std::size_t i) const;
   /// As people see it; forces that are not of the bar itself are left at zero if it is broken.
   CouplerObservation observe(const SpatialMotion& lead, const SpatialMotion& trail, std::size_t i) const;
 
@@ -80,7 +81,8 @@ class SpatialCouplers {
   ArrayX axial_;
   std::vector<double> alive_, damping_, far_, rise_, bars_, about_lead_, about_trail_, pin_axial_, pin_damper_;
   std::vector<Stops> stops_;  // what may break or slip, as found last
-  std::vector<Held> held_;    // where one of the two cars lies still: axial force, effort of the stops
+  std::vector<inputs::CouplerHold> holds_;
+  std::vector<Held> held_;  // where one of the two cars lies still: axial force, effort of the stops
 };
 
 }  // namespace train_derail::model

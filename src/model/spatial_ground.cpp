@@ -12,12 +12,8 @@ SpatialGround::SpatialGround(SpatialCars& cars, const SpatialBed& bed) : cars_(c
   above_.assign(cars.n, 0.0);
 }
 
-void SpatialGround::press_body(std::size_t car, double s) {
+void SpatialGround::press_near(std::size_t car, double s) {
   const std::size_t n = cars_.n;
-  // Nothing of the body can reach the ground: the usual case.
-  above_[car] -= 1.05 * cars_.step *
-                 (std::abs(cars_.state[SVZ * n + car]) + bed_.profile.steepest() * cars_.fastest + cars_.swirl[car]);
-  if (above_[car] > 0.0) return;
   const Body& b = cars_.bodies[car];
   const Vector3d rise(cars_.axes[2 * n + car], cars_.axes[5 * n + car], cars_.axes[8 * n + car]);
   const double middle = cars_.state[SZ * n + car];
@@ -34,22 +30,34 @@ void SpatialGround::press_body(std::size_t car, double s) {
   const SpatialMotion& q = cars_.at(car);
   const inputs::Terrain& terrain = cars_.scenario.terrain;
   OnGround sum;
-  for (std::size_t i = 0; i < kCorners; ++i) {
+  for (std::size_t i = 0; i < points_of(b); ++i) {
     const std::size_t point = kPoints * car + kWheels + i;
     const Vector3d own = corner_of(b, i);
-    if (middle + rise.dot(own) < highest) {
-      const Vector3d place = q.point(own);
+    if (b.cylinder || middle + rise.dot(own) < highest) {
+      const Vector3d place = b.cylinder ? lowest_of_ring(b, q, i, s) : q.point(own);
       const Under under = ground_under(point, place, s);
       const double depth = under.z - place.z();
       if (depth > 0.0) {
+        const double patch = bed_.patch_factor(place, s);
         press_on(sum, q, car, point, place, under.up, terrain.body_stiffness * depth, b.ground_damping,
-                 [&](const Vector3d&) { return terrain.body_friction; });
+                 [&](const Vector3d&) { return terrain.body_friction * patch; });
         continue;
       }
     }
     sheared_next_[point].setZero();
   }
   lie(car, BODY_GROUND, sum);
+}
+
+/// What of a cylinder is deepest in the ground: against the ground's normal from the axis. As it rolls, other parts of
+/// the shell come to be there, at the speed at which those that are there leave.
+Vector3d SpatialGround::lowest_of_ring(const Body& b, const SpatialMotion& q, std::size_t i, double s) const {
+  const Vector3d middle = q.point(b.box_centre + Vector3d((static_cast<double>(i) - 1.0) * b.half_length, 0.0, 0.0));
+  const Vector3d up = bed_.ground(middle, s).up, along = q.axes.col(0);
+  const Vector3d out = up - up.dot(along) * along;
+  const double size = out.norm();
+  if (!(size > 1e-9 * up.norm())) return middle;
+  return middle - std::min(b.box_half.y(), b.box_half.z()) / size * out;
 }
 
 void SpatialGround::lie(std::size_t car, Account damping, const OnGround& sum) {
@@ -70,8 +78,9 @@ void SpatialGround::keep_strain() {
 
 double SpatialGround::energy(std::size_t car, const SpatialMotion& q, double s) const {
   double e = 0.0;
-  for (std::size_t i = 0; i < kCorners; ++i) {
-    const Vector3d place = q.point(corner_of(cars_.bodies[car], i));
+  const Body& b = cars_.bodies[car];
+  for (std::size_t i = 0; i < points_of(b); ++i) {
+    const Vector3d place = b.cylinder ? lowest_of_ring(b, q, i, s) : q.point(corner_of(b, i));
     const double depth = bed_.ground(place, s).z - place.z();
     if (depth > 0.0) e += 0.5 * cars_.scenario.terrain.body_stiffness * depth * depth;
   }

@@ -29,7 +29,13 @@ class SpatialGround {
   SpatialGround(SpatialCars& cars, const SpatialBed& bed);
 
   /// The body of a car that is near arc length s of the track.
-  void press_body(std::size_t car, double s);
+  void press_body(std::size_t car, double s) {
+    // Nothing of the body can reach the ground: the usual case.
+    above_[car] -=
+        1.05 * cars_.step *
+        (std::abs(cars_.state[SVZ * cars_.n + car]) + bed_.profile.steepest() * cars_.fastest + cars_.swirl[car]);
+    if (!(above_[car] > 0.0)) press_near(car, s);
+  }
 
   /// Adds the forces on a wheel of a car, `spring` [N/m] at first pressed by `sag` more than its height tells, to a
   /// sum; returns the normal force. mu: friction coefficient for a force of friction.
@@ -58,12 +64,17 @@ class SpatialGround {
   void walk(files::Archive& archive);
 
  private:
+  void press_near(std::size_t car, double s);
   Under ground_under(std::size_t point, const Eigen::Vector3d& p, double s) {
     return bed_.ground(p, s, 2.0 * cars_.bodies[point / kPoints].radius, feet_[point]);
   }
+  /// Points of a body that may press on the ground: of its edges, or of a cylinder the lowest at its ends and middle.
+  static std::size_t points_of(const Body& b) { return b.cylinder ? 3 : kCorners; }
+  Eigen::Vector3d lowest_of_ring(const Body& b, const SpatialMotion& q, std::size_t i, double s) const;
   /// A point of the body's edges, from the centre of mass along the car's axes.
   static Eigen::Vector3d corner_of(const Body& b, std::size_t i) {
-    const Eigen::Vector3d sign(static_cast<double>(i / 4) - 1.0, (i & 1U) != 0 ? 1.0 : -1.0, (i & 2U) != 0 ? 1.0 : -1.0);
+    const Eigen::Vector3d sign(static_cast<double>(i / 4) - 1.0, (i & 1U) != 0 ? 1.0 : -1.0,
+                               (i & 2U) != 0 ? 1.0 : -1.0);
     return b.box_centre + sign.cwiseProduct(b.box_half);
   }
 
@@ -95,8 +106,7 @@ class SpatialGround {
   Eigen::Vector3d hold(std::size_t car, std::size_t point, const Eigen::Vector3d& up, double up_square,
                        const Eigen::Vector3d& slip, double carried, const Friction& mu) {
     const double stiffness = cars_.scenario.terrain.body_stiffness;
-    Eigen::Vector3d strain =
-        sheared_[point] - sheared_[point].dot(up) / up_square * up + cars_.step * slip;
+    Eigen::Vector3d strain = sheared_[point] - sheared_[point].dot(up) / up_square * up + cars_.step * slip;
     Eigen::Vector3d rub = -stiffness * strain - cars_.bodies[car].ground_damping * slip;
     const double square = rub.squaredNorm(), limit = mu(rub) * carried;
     if (square > limit * limit) {

@@ -40,7 +40,7 @@ struct SpatialModel::Parts final : Waker {
         brakes(scenario, owner.cars(), loops),
         ground(cars, bed),
         trucks(cars, bed, ground, loops, record),
-        couplers(cars, brakes, record, *this),
+        couplers(cars, owner.cars(), brakes, record, *this),
         contacts(cars, record, *this) {
     SpatialArrays& a = cars.arrays;
     a.rails = &scenario.rails;
@@ -416,7 +416,7 @@ EnergyLedger SpatialModel::energy(const double* y) const {
     if (p.couplers.broken(i)) continue;
     const Bar b = p.couplers.bar(cars[i], cars[i + 1], i);
     e.coupler_axial += p.couplers.axial_energy_of(b);
-    e.coupler_swing += p.couplers.stop_energy_of(cars[i], cars[i + 1], b);
+    e.coupler_swing += p.couplers.stop_energy_of(cars[i], cars[i + 1], b, i);
   }
   return e;
 }

@@ -96,8 +96,7 @@ void SpatialTrucks::press(std::size_t truck) {
   OnGround sum;
   for (const bool left : {false, true}) {
     const std::size_t number = (truck < cars_.n ? 0U : 2U) + (left ? 1U : 0U);
-    const double carried =
-        ground_.press_wheel(sum, q, car, number, wheel(q, truck, left), arc_[truck], mu);
+    const double carried = ground_.press_wheel(sum, q, car, number, wheel(q, truck, left), arc_[truck], mu);
     load_[truck] += carried;
     leaning_[truck] += left ? carried : -carried;
   }
@@ -198,10 +197,8 @@ void SpatialTrucks::pass(double t, double h, double* y) {
     else if (!cars_.rest.lies(cars_.car_of(truck))) arc_[truck] = track.foot({place_x_[truck], place_y_[truck]}, from);
     if (on_rails_[truck] == 0.0) continue;
     const double s = arc_[truck];
-    if (cars_.car_of(truck) >= ahead && from < 0.0 && s >= 0.0)
-      leave(t + h - h * s / (s - from), truck, Cause::pod, y);
-    else if (s >= track.torn_from() && s <= track.torn_to() && track.torn(s))
-      leave(t + h, truck, Cause::torn_track, y);
+    if (cars_.car_of(truck) >= ahead && from < 0.0 && s >= 0.0) leave(t + h - h * s / (s - from), truck, Cause::pod, y);
+    else if (s >= track.torn_from() && s <= track.torn_to() && track.torn(s)) leave(t + h, truck, Cause::torn_track, y);
   }
   find_offsets();
 }
@@ -218,8 +215,8 @@ void SpatialTrucks::find_offsets() {
       const Track::Node node = track.at(arc_[truck]);
       tangent_x_[truck] = node.tangent.x();
       tangent_y_[truck] = node.tangent.y();
-      offset_[truck] = (place_y_[truck] - node.point.y()) * node.tangent.x() -
-                       (place_x_[truck] - node.point.x()) * node.tangent.y();
+      offset_[truck] =
+          (place_y_[truck] - node.point.y()) * node.tangent.x() - (place_x_[truck] - node.point.x()) * node.tangent.y();
     }
   }
   for (std::size_t truck = 0; truck < rail_height_.size(); ++truck) {

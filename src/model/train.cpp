@@ -22,6 +22,8 @@ std::vector<Car> expand(const std::vector<inputs::CarBlock>& consist) {
     car.centre_height = block.centre_height.value_or(inputs::centre_height(body, block.weight));
     car.floor_height = block.floor_height.value_or(body.floor);
     car.roof_height = block.roof_height.value_or(body.roof);
+    car.coupler_type = block.coupler_type;
+    car.cylinder = block.shape == inputs::BodyShape::cylinder;
     car.roll_inertia = block.roll_inertia.value_or(body.roll_inertia * car.mass);
     cars.insert(cars.end(), static_cast<std::size_t>(block.count), car);
   }

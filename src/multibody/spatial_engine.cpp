@@ -11,6 +11,7 @@
 
 #include <Simbody.h>
 
+#include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/model/train.hpp"
 
@@ -248,9 +249,11 @@ class Support final : public SimTK::Force::Custom::Implementation {
 /// Draft gear, damper and stops of a coupler.
 class SpatialBar final : public SimTK::Force::Custom::Implementation {
  public:
-  SpatialBar(const inputs::Coupler& law, const SimTK::GeneralForceSubsystem& forces, double damping, bool roll_stop,
-             const MobilizedBody& ahead, const Vec3& rear_pin, const MobilizedBody& behind, const Vec3& front_pin)
+  SpatialBar(const inputs::Coupler& law, const inputs::CouplerHold& hold, const SimTK::GeneralForceSubsystem& forces,
+             double damping, bool roll_stop, const MobilizedBody& ahead, const Vec3& rear_pin,
+             const MobilizedBody& behind, const Vec3& front_pin)
       : law_(law),
+        hold_(hold),
         forces_(forces),
         damping_(damping),
         roll_stop_(roll_stop),
@@ -294,13 +297,13 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
       swing = std::max(swing, std::abs(yaw));
       rise += 0.5 * seen[2];
     }
-    const double twist = law_.roll_stiffness * std::max(roll(ahead, behind) - law_.roll_limit, 0.0);
+    const double twist = law_.roll_stiffness * std::max(roll(ahead, behind) - hold_.roll_limit, 0.0);
     const double pulled = -SimTK::dot(axial(state), between) / between.norm();
     const double shares[] = {pulled / law_.break_draft,
                              swing / law_.break_swing,
                              std::abs(moments) / law_.break_moment,
-                             std::abs(rise) / law_.slip_height,
-                             std::abs(stops(ahead, behind).force[2]) / law_.vertical_hold,
+                             std::abs(rise) / hold_.slip_height,
+                             std::abs(stops(ahead, behind).force[2]) / hold_.vertical_hold,
                              twist / law_.break_twist};
     return 1.0 - *std::max_element(std::begin(shares), std::end(shares));
   }
@@ -340,10 +343,10 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
     for (const Transform* body : {&ahead, &behind}) {
       const Vec3 seen = ~body->R() * along;
       sum += energy(std::atan2(seen[1], seen[0]), law_.swing_limit, law_.swing_stiffness, law_.swing_moment_max);
-      sum += energy(std::asin(seen[2]), law_.pitch_limit, law_.pitch_stiffness, inputs::kInfinity);
+      sum += energy(std::asin(seen[2]), hold_.pitch_limit, law_.pitch_stiffness, inputs::kInfinity);
     }
     if (!roll_stop_) return sum;
-    return sum + energy(roll(ahead, behind), law_.roll_limit, law_.roll_stiffness, inputs::kInfinity);
+    return sum + energy(roll(ahead, behind), hold_.roll_limit, law_.roll_stiffness, inputs::kInfinity);
   }
   /// Roll of one car in the other: the angle between what is left of their left sides when seen along the bar.
   double roll(const Transform& ahead, const Transform& behind) const {
@@ -382,6 +385,7 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
   }
 
   const inputs::Coupler law_;
+  const inputs::CouplerHold hold_;
   const SimTK::GeneralForceSubsystem& forces_;
   const double damping_;
   const bool roll_stop_;
@@ -537,7 +541,8 @@ class SimbodyInSpace final : public SpatialEngineRun {
           front(0.5 * b.length, 0.0, law.height - b.centre_height);
       const double both = a.mass * b.mass / (a.mass + b.mass);
       auto bar =
-          std::make_unique<SpatialBar>(law, forces_, law.damping_ratio * critical_damping(first_stiffness, both),
+          std::make_unique<SpatialBar>(law, inputs::coupler_hold(law, a.coupler_type, b.coupler_type), forces_,
+                                       law.damping_ratio * critical_damping(first_stiffness, both),
                                        o.fault != SpatialFault::no_roll_stop, bodies_[k - 1], rear, bodies_[k], front);
       bars_.push_back(bar.get());
       system_.addEventHandler(new CouplerParts(*bar));

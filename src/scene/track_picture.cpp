@@ -63,15 +63,21 @@ struct Ground {
       ballast_top = t.ballast_half_width;
       ballast_foot = ballast_top + t.ballast_height / t.ballast_slope;
     }
-    for (const double side : {-1.0, 1.0}) {
-      const double bank = std::abs(side < 0.0 ? t.bank_right : t.bank_left);
-      if (bank > 0.0) bends.insert(bends.end(), {side * t.crown, side * (t.crown + bank / t.bank_slope)});
-      if (t.ballast_height > 0.0) bends.insert(bends.end(), {side * ballast_top, side * ballast_foot});
-    }
+    add_bends(model::CrossSection(t));
+    for (const inputs::TerrainSection& section : t.sections) add_bends(model::CrossSection(t, section));
     std::sort(bends.begin(), bends.end());
+    bends.erase(std::unique(bends.begin(), bends.end()), bends.end());
+  }
+  void add_bends(const model::CrossSection& c) {
+    for (const double side : {-1.0, 1.0}) {
+      const double bank = std::abs(side < 0.0 ? c.bank_right : c.bank_left), top = c.ballast_half_width;
+      if (bank > 0.0) bends.insert(bends.end(), {side * c.crown, side * (c.crown + bank / c.bank_slope)});
+      if (c.ballast_height > 0.0)
+        bends.insert(bends.end(), {side * top, side * (top + c.ballast_height / c.ballast_slope)});
+    }
   }
   double height(double s, double left) const {
-    return profile.at(s).bed + model::ground_height(terrain, left).z + terrain.rail_height;
+    return profile.at(s).bed + model::ground_height(model::cross_section(terrain, s), left).z + terrain.rail_height;
   }
   /// Of the plane that both rails lie on; no lower than the bed, which the ballast is not to sink into.
   double bank(double s, double left) const {
@@ -87,7 +93,9 @@ struct Ground {
     all.push_back(left);
     return all;
   }
-  bool level() const { return bends.empty() && profile.flat(); }
+  bool level() const { return bends.empty() && even(); }
+  /// The same all along.
+  bool even() const { return profile.flat() && terrain.sections.empty(); }
 
   inputs::Terrain terrain;
   model::TrackProfile profile;
@@ -183,7 +191,7 @@ TrackPicture track_picture(const inputs::Scenario& scenario, const std::vector<m
   TrackPicture t;
   const Ground ground(scenario);
   std::vector<Station> places;
-  for (const double s : stations(scenario.track.curves, !ground.profile.flat(), rear, front))
+  for (const double s : stations(scenario.track.curves, !ground.even(), rear, front))
     places.push_back({s, track.at(s)});
   add_ground(t.ground, ground, track, places);
   const auto on_ground = [&](double s, double left) { return ground.height(s, left); };

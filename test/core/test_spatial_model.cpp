@@ -13,7 +13,9 @@
 
 #include "model/rotation.hpp"
 #include "spatial_fixtures.hpp"
+#include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
 #include "train_derail/model/step_limit.hpp"
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
@@ -402,8 +404,8 @@ TEST(Terrain, BallastLiesOnTheRoadbed) {
   } places[] = {{1.0, -0.2, 0.0},  {2.0, -0.4, -0.5}, {3.0, -0.8, 0.0},   {5.0, -1.3, -0.5}, {9.0, -2.8, 0.0},
                 {-2.0, -0.4, 0.5}, {-3.0, -0.8, 0.0}, {-5.0, -0.3, -0.5}, {-7.0, 0.2, 0.0}};
   for (const auto& p : places) {
-    EXPECT_NEAR(model::ground_height(t, p.offset).z, p.z, 1e-12) << p.offset;
-    EXPECT_NEAR(model::ground_height(t, p.offset).slope, p.slope, 1e-12) << p.offset;
+    EXPECT_NEAR(model::ground_height(model::CrossSection(t), p.offset).z, p.z, 1e-12) << p.offset;
+    EXPECT_NEAR(model::ground_height(model::CrossSection(t), p.offset).slope, p.slope, 1e-12) << p.offset;
     EXPECT_LE(p.z, model::highest_ground(t));
   }
   EXPECT_NEAR(model::highest_ground(t), 0.2, 1e-12);
@@ -411,7 +413,10 @@ TEST(Terrain, BallastLiesOnTheRoadbed) {
   // Without a jump, also where the ballast is wider than the crown.
   t.crown = 2.0;
   for (double o = -12.0; o < 12.0; o += 0.01)
-    EXPECT_LT(std::abs(model::ground_height(t, o + 0.01).z - model::ground_height(t, o).z), 0.0051) << o;
+    EXPECT_LT(std::abs(model::ground_height(model::CrossSection(t), o + 0.01).z -
+                       model::ground_height(model::CrossSection(t), o).z),
+              0.0051)
+        << o;
 }
 
 TEST(OffTheRails, ACarWithOneSideDownTheBallastTipsAtTheClosedForm) {
@@ -446,6 +451,100 @@ TEST(OffTheRails, ALateralTripOverturnsAtTheSpeedOfTheFormula) {
     if (share < 1.0) EXPECT_LT(most, std::atan2(b, h) + 0.02) << share;
     else EXPECT_GT(most, 1.0) << share;
   }
+}
+
+TEST(OffTheRails, ACylinderRollsDownABankAtTwoThirdsOfGSine) {
+  inputs::Scenario s = spatial(1);
+  s.terrain.bank_left = 60.0;
+  s.terrain.crown = 1.0;
+  s.terrain.bank_slope = 0.3;
+  s.terrain.body_friction = 0.6;
+  inputs::CarBlock& tank = s.consist[0];
+  const double mass = tank.weight / kGravity, radius = 1.5;
+  tank.width = 2.0 * radius;
+  tank.floor_height = 1.0;
+  tank.roof_height = 1.0 + 2.0 * radius;
+  tank.centre_height = 1.0 + radius;
+  const double angle = std::atan(s.terrain.bank_slope);
+  // It lies on its roof, so that its trucks hang and part from it.
+  for (const double hollow : {0.5, 1.0}) {
+    tank.shape = inputs::BodyShape::cylinder;
+    tank.roll_inertia = hollow * mass * radius * radius;
+    const double left = 20.0, under = -s.terrain.rail_height - s.terrain.bank_slope * (left - 1.0);
+    const Vector3d centre(100.0, left, under + radius / std::cos(angle));
+    Train train(s, {at(centre, turned(M_PI - angle, Vector3d::UnitX()))});
+    train.to(1.0);
+    EXPECT_TRUE(train.model().truck_lost(0, true) && train.model().truck_lost(0, false));
+    const double before = train.car(0).velocity.norm();
+    train.to(3.0);
+    const double gained = 0.5 * (train.car(0).velocity.norm() - before);
+    EXPECT_NEAR(gained / (kGravity * std::sin(angle)), 1.0 / (1.0 + hollow), 0.01);
+    EXPECT_NEAR(std::abs(train.car(0).rotation.x()) * radius, train.car(0).velocity.norm(), 0.02);
+    tank.shape = inputs::BodyShape::box;
+    Train box(s, {at(centre, turned(M_PI - angle, Vector3d::UnitX()))});
+    box.to(3.0);
+    EXPECT_LT(box.car(0).velocity.norm(), 0.1) << "lies on its roof";
+  }
+}
+
+TEST(OffTheRails, PatchesActUnderBodies) {
+  inputs::Scenario s = spatial(1);
+  s.ground.patches = {{0.0, 1000.0, 5.0, 1000.0, 0.4}};
+  const double up = height_of(s) - model::expand(s.consist)[0].roof_height;
+  const auto slides = [&](double y) {
+    const Vector3d centre(200.0, y, -s.terrain.rail_height - up);
+    Train train(s, {at(centre, turned(M_PI, Vector3d::UnitX()), {10.0, 0.0, 0.0})});
+    train.to(0.5);
+    return 10.0 - train.car(0).velocity.x();
+  };
+  EXPECT_NEAR(slides(10.0), 0.5 * 0.4 * s.terrain.body_friction * kGravity, 0.02);
+  EXPECT_NEAR(slides(0.0), 0.5 * s.terrain.body_friction * kGravity, 0.05);
+}
+
+TEST(Terrain, SectionsChangeLinearlyIntoEachOther) {
+  inputs::Terrain t;
+  t.bank_left = 2.0;
+  t.transition = 20.0;
+  t.sections = {{100.0, 50.0, {}, {}, {}, {}, {}, 6.0, {}}, {150.0, 50.0, {}, {}, {}, 4.0, 1.0, -4.0, {}}};
+  struct Place {
+    double s, left, crown, slope;
+  };
+  for (const Place& p : {Place{0.0, 2.0, t.crown, 0.5},
+                         {95.0, 3.0, t.crown, 0.5},
+                         {100.0, 4.0, t.crown, 0.5},
+                         {120.0, 6.0, t.crown, 0.5},
+                         {150.0, 1.0, 0.5 * (t.crown + 4.0), 0.75},
+                         {170.0, -4.0, 4.0, 1.0},
+                         {200.0, -1.0, 0.5 * (t.crown + 4.0), 0.75},
+                         {300.0, 2.0, t.crown, 0.5}}) {
+    const model::CrossSection c = model::cross_section(t, p.s);
+    EXPECT_NEAR(c.bank_left, p.left, 1e-9) << p.s;
+    EXPECT_NEAR(c.crown, p.crown, 1e-9) << p.s;
+    EXPECT_NEAR(c.bank_slope, p.slope, 1e-9) << p.s;
+    EXPECT_EQ(c.bank_right, 0.0);
+    for (const double offset : {-30.0, 0.0, 5.0, 30.0})
+      EXPECT_LE(model::ground_height(c, offset).z, model::highest_ground(t) + 1e-12);
+  }
+  EXPECT_FALSE(model::level(t));
+}
+
+TEST(Terrain, ABodySlidesOverATransitionWithoutALossInTheLedger) {
+  // Down from a section with a low bank into the deep ground beyond it, without friction: height becomes speed.
+  inputs::Scenario s = spatial(1, 5e-4);
+  s.terrain.body_friction = s.terrain.body_damping_ratio = 0.0;
+  s.terrain.crown = 0.5;
+  s.terrain.bank_slope = 5.0;
+  s.terrain.bank_left = 6.0;
+  s.terrain.transition = 100.0;
+  s.terrain.sections = {{-100.0, 300.0, {}, {}, {}, {}, {}, 3.0, {}}};
+  const double up = height_of(s) - model::expand(s.consist)[0].roof_height;
+  Train train(
+      s, {at({130.0, 20.0, -s.terrain.rail_height - 3.0 - up}, turned(M_PI, Vector3d::UnitX()), {10.0, 0.0, 0.0})});
+  train.to(8.0);
+  const SpatialMotion& end = train.car(0);
+  const double dropped = -s.terrain.rail_height - 3.0 - up - end.centre.z();
+  EXPECT_GT(dropped, 1.5);
+  EXPECT_NEAR(end.velocity.squaredNorm(), 100.0 + 2.0 * kGravity * dropped, 3.0);
 }
 
 TEST(OffTheRails, ABodySlidesDownABankOrHoldsOnIt) {
@@ -489,12 +588,13 @@ std::vector<BrokenCoupler> broken(const inputs::Scenario& s, double rise) {
 TEST(SpatialCoupler, AShelfHoldsItsForce) {
   inputs::Scenario s = spatial(2, 1e-5);
   s.coupler.pitch_stiffness = inputs::Coupler{}.pitch_stiffness;
-  const double length = s.coupler.length, hold = s.coupler.vertical_hold;
+  const double length = s.coupler.length, hold = inputs::coupler_hold(s.coupler, "", "").vertical_hold;
   EXPECT_NEAR(hold, 200e3 * inputs::kPoundForce, 1.0);
   // Both ends' moments over the length of the bar, upwards.
   const auto force = [&](double rise) {
     const double gap = std::hypot(length, rise), angle = std::asin(rise / gap);
-    return 2.0 * s.coupler.pitch_stiffness * (angle - s.coupler.pitch_limit) / gap * std::cos(angle);
+    return 2.0 * s.coupler.pitch_stiffness * (angle - inputs::coupler_hold(s.coupler, "", "").pitch_limit) / gap *
+           std::cos(angle);
   };
   double low = 0.0, high = 0.5;
   for (int i = 0; i < 60; ++i) (force(0.5 * (low + high)) < hold ? low : high) = 0.5 * (low + high);
@@ -512,6 +612,37 @@ TEST(SpatialCoupler, TypeESlipsAtItsHeight) {
   const std::vector<BrokenCoupler> found = broken(s, 0.251);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].by, By::slip);
+}
+
+TEST(SpatialCoupler, TypesByName) {
+  inputs::Coupler c;
+  const auto hold = [&](const char* lead, const char* trail) { return inputs::coupler_hold(c, lead, trail); };
+  EXPECT_EQ(hold("", "").slip_height, kInfinity);
+  EXPECT_NEAR(hold("", "").vertical_hold, 200.0 * kKip, 1.0);
+  EXPECT_EQ(hold("E", "E").slip_height, 0.25);
+  EXPECT_EQ(hold("E", "E").vertical_hold, kInfinity);
+  EXPECT_EQ(hold("E", "double shelf").slip_height, kInfinity) << "a shelf at one end holds both";
+  EXPECT_EQ(hold("rotary", "F").roll_limit, kInfinity) << "a rotary at one end turns";
+  EXPECT_NEAR(hold("E", "F").pitch_limit, 4.0 * inputs::kDegree, 1e-12) << "the first stop that is met";
+  c.type = "E";
+  EXPECT_EQ(hold("", "").slip_height, 0.25);
+  c.slip_height = 0.4;
+  EXPECT_EQ(hold("E_shelf", "").slip_height, 0.4) << "a key of its own counts";
+  // Of the three couplers of four cars, only that between two without shelves slips.
+  inputs::Scenario s = spatial(4, 1e-5);
+  s.consist[0].count = 1;
+  s.consist.resize(4, s.consist[0]);
+  for (std::size_t k : {0U, 1U}) s.consist[k].coupler_type = "E";
+  const double length = model::expand(s.consist)[0].length + s.coupler.length;
+  std::vector<SpatialMotion> cars;
+  for (int k = 0; k < 4; ++k) cars.push_back(at(kAloft - Vector3d(length * k, 0.0, k % 2 == 0 ? 0.0 : 0.26)));
+  Train train(s, cars);
+  train.step();
+  ASSERT_EQ(train.incidents().broken.size(), 1U);
+  EXPECT_EQ(train.incidents().broken[0].coupler, 0);
+  EXPECT_EQ(train.incidents().broken[0].by, By::slip);
+  s.coupler.type = "H";
+  EXPECT_THROW(inputs::validate(s), inputs::InputError);
 }
 
 TEST(SpatialCoupler, ACarThatGoesOverTakesItsNeighbourAlong) {

@@ -147,7 +147,9 @@ TEST_F(TrainLists, ContradictionsAndColumnsThatAreNotUsedAreTold) {
   };
   EXPECT_EQ(told("line 2: empty, but a gross weight of 250 kip: the weight is taken"), 1);
   EXPECT_EQ(told("columns that are not used: Car Number"), 1);
-  EXPECT_EQ(told("couplers differ (cars: E 1, F 1): a scenario has one for all, that of its group coupler"), 1);
+  EXPECT_EQ(
+      told("couplers differ (cars: E 1, F 1): all get that of the group coupler; coupler_type of a block sets its own"),
+      1);
   EXPECT_EQ(t.coupler, nullptr);
 }
 

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "train_derail/inputs/scenario.hpp"
+
 namespace train_derail::inputs {
 
 /// Heights of a body above the rail and its roll inertia, for what a block does not give.
@@ -41,11 +43,12 @@ struct CarType {
 
 /// A type of coupler of a train list. What is left out is as the scenario has it.
 struct CouplerType {
-  std::string name;                   ///< "E_shelf"
-  std::vector<std::string> also;      ///< other words for it
-  std::optional<double> pitch_limit;  ///< rad
-  std::optional<double> slip_height;  ///< m; infinite with shelves
-  std::optional<double> roll_limit;   ///< rad; infinite: rotary
+  std::string name;                     ///< "E_shelf"
+  std::vector<std::string> also;        ///< other words for it
+  std::optional<double> pitch_limit;    ///< rad
+  std::optional<double> slip_height;    ///< m; infinite with shelves
+  std::optional<double> vertical_hold;  ///< N
+  std::optional<double> roll_limit;     ///< rad; infinite: rotary
 };
 
 /// All that such a file holds.
@@ -73,6 +76,18 @@ CarTypes car_types(const std::string& path);
 const CarBody& body_of(std::string_view name);
 /// Height of the centre of mass of a car of this weight [N], between empty and loaded [m].
 double centre_height(const CarBody& body, double weight);
+
+/// What holds the pins of two cars together, up and down and in roll; see Coupler.
+struct CouplerHold {
+  double pitch_limit;    ///< rad
+  double slip_height;    ///< m
+  double vertical_hold;  ///< N
+  double roll_limit;     ///< rad
+};
+/// Between two blocks' couplers of some type (CarBlock::coupler_type). Each value that the coupler has itself counts;
+/// else that of the types: the first stop that is met, but shelves, an interlock or a rotary at one end do for both.
+/// What a type leaves out is as with E_shelf. The types must be known.
+CouplerHold coupler_hold(const Coupler& coupler, const std::string& lead, const std::string& trail);
 
 /// Text without what does not matter in names: letters in lower case, digits and #.
 std::string bare_name(std::string_view text);

@@ -30,6 +30,12 @@ enum class BrakeSource {
   remote,  ///< a distributed locomotive or an end-of-train device, which opens the pipe when it is told by radio
 };
 
+/// Shape of a body that presses on the ground.
+enum class BodyShape {
+  box,
+  cylinder,  ///< along the car, as wide or as high as the box, whichever is less: a tank, which can roll
+};
+
 /// `count` equal cars, one behind the other. The blocks of a consist follow each other from the foremost car back.
 struct CarBlock {
   std::string name = "car";                    ///< kind of car; chooses the body in pictures (scene/car_shape.hpp)
@@ -46,6 +52,8 @@ struct CarBlock {
   std::optional<double> roof_height;           ///< of the top of the body above the rail; else by name [m]
   std::optional<double> roll_inertia;  ///< about the axis along the car through the centre of mass; else that of a box
                                        ///< (of a cylinder for tank_car) [kg m^2]
+  std::string coupler_type;            ///< of its couplers, as Coupler::type; "": that
+  BodyShape shape = BodyShape::box;    ///< of the body where it presses on the ground, Model::spatial only
   double brake_share = 1.0;            ///< share of Brakes::force that these cars develop; 0: brakes cut out [-]
   BrakeSource brake_source = BrakeSource::none;  ///< whether the block opens the brake pipe
 
@@ -70,12 +78,13 @@ struct Coupler {
   double break_swing = kInfinity;  ///< swing at either end at which the coupler breaks [rad]
   double break_moment = kInfinity;  ///< |sum of the end moments| at which the coupler breaks [N m]
   // Model::spatial only.
-  double height = 33.0 / 12.0 * kFoot;                   ///< of the pins above the rail [m]
-  double pitch_limit = 7.0 * kDegree;                    ///< swing up and down at which the vertical stop begins [rad]
+  double height = 33.0 / 12.0 * kFoot;  ///< of the pins above the rail [m]
+  std::string type = "E_shelf";  ///< of inputs/car_types.hpp; what is left out below follows from it (coupler_hold)
+  std::optional<double> pitch_limit;                     ///< swing up and down at which the vertical stop begins [rad]
   double pitch_stiffness = 3.6e6 * kPoundForce * kFoot;  ///< of that stop [N m/rad]
-  double slip_height = kInfinity;                        ///< pins that far apart in height let go [m]
-  double vertical_hold = 200.0 * kKip;                   ///< vertical force at which the coupler breaks [N]
-  double roll_limit = 10.0 * kDegree;                    ///< roll of one car against the next at which they bind [rad]
+  std::optional<double> slip_height;                     ///< pins that far apart in height let go [m]
+  std::optional<double> vertical_hold;                   ///< vertical force at which the coupler breaks [N]
+  std::optional<double> roll_limit;                      ///< roll of one car against the next at which they bind [rad]
   double roll_stiffness = 1.0e6 * kPoundForce * kFoot;   ///< of one car against the next beyond it [N m/rad]
   double break_twist = 150.0e3 * kPoundForce * kFoot;    ///< torque between two cars at which the coupler breaks [N m]
 };
@@ -86,6 +95,19 @@ struct Suspension {
   double damping_ratio = 0.2;                              ///< of a quarter of the car on one side [-]
   double half_base = 29.75 / 12.0 * kFoot;                 ///< of a side's support from the middle of the track [m]
   double part_angle = 45.0 * kDegree;  ///< roll of the body at which a truck that carries nothing parts from it [rad]
+};
+
+/// Stretch of track with another cross-section. What is left out is as elsewhere.
+struct TerrainSection {
+  double start = 0.0;                        ///< arc length where it begins, from the point of derailment, forward [m]
+  double length = 0.0;                       ///< its length [m]
+  std::optional<double> ballast_height;      ///< m
+  std::optional<double> ballast_half_width;  ///< m
+  std::optional<double> ballast_slope;       ///< fall over run [-]
+  std::optional<double> crown;               ///< m
+  std::optional<double> bank_slope;          ///< fall over run [-]
+  std::optional<double> bank_left;           ///< m
+  std::optional<double> bank_right;          ///< m
 };
 
 /// Ground beside the track and how bodies lie on it, Model::spatial only. Flat by default.
@@ -101,6 +123,8 @@ struct Terrain {
   double body_friction = 0.5;                           ///< of a body on the ground [-]
   double body_stiffness = 1.5e6 * kPoundForce / kFoot;  ///< of the ground under a corner of a body [N/m]
   double body_damping_ratio = 0.4;                      ///< of a quarter of the car on it [-]
+  double transition = 100.0 * kFoot;                    ///< over which one cross-section changes into the next [m]
+  std::vector<TerrainSection> sections;                 ///< in the order of their start, without overlap
   double rest_speed = 0.01;  ///< cars off the rails that stay slower come to rest; 0: never [m/s]
 };
 

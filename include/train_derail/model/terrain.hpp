@@ -15,9 +15,54 @@ struct GroundHeight {
   double slope;  ///< dz / d offset [-]
 };
 
+/// The ground across the track at one place of it.
+struct CrossSection {
+  double rail_height, ballast_height, ballast_half_width, ballast_slope, crown, bank_slope, bank_left, bank_right;
+
+  /// Of a terrain where it has no section.
+  explicit CrossSection(const inputs::Terrain& t)
+      : rail_height(t.rail_height),
+        ballast_height(t.ballast_height),
+        ballast_half_width(t.ballast_half_width),
+        ballast_slope(t.ballast_slope),
+        crown(t.crown),
+        bank_slope(t.bank_slope),
+        bank_left(t.bank_left),
+        bank_right(t.bank_right) {}
+  /// Of one of its sections.
+  CrossSection(const inputs::Terrain& t, const inputs::TerrainSection& s) : CrossSection(t) {
+    ballast_height = s.ballast_height.value_or(ballast_height);
+    ballast_half_width = s.ballast_half_width.value_or(ballast_half_width);
+    ballast_slope = s.ballast_slope.value_or(ballast_slope);
+    crown = s.crown.value_or(crown);
+    bank_slope = s.bank_slope.value_or(bank_slope);
+    bank_left = s.bank_left.value_or(bank_left);
+    bank_right = s.bank_right.value_or(bank_right);
+  }
+  /// Adds `share` of the difference of two others.
+  void add(double share, const CrossSection& a, const CrossSection& b) {
+    for (double CrossSection::*m :
+         {&CrossSection::ballast_height, &CrossSection::ballast_half_width, &CrossSection::ballast_slope,
+          &CrossSection::crown, &CrossSection::bank_slope, &CrossSection::bank_left, &CrossSection::bank_right})
+      this->*m += share * (a.*m - b.*m);
+  }
+};
+
+/// At arc length s: each section's where it is, changing linearly over Terrain::transition about its ends.
+inline CrossSection cross_section(const inputs::Terrain& t, double s) {
+  const CrossSection elsewhere(t);
+  CrossSection here = elsewhere;
+  for (const inputs::TerrainSection& section : t.sections) {
+    const auto ramp = [&](double end) { return std::clamp((s - end) / t.transition + 0.5, 0.0, 1.0); };
+    const double share = ramp(section.start) - ramp(section.start + section.length);
+    if (share > 0.0) here.add(share, CrossSection(t, section), elsewhere);
+  }
+  return here;
+}
+
 /// The ground `offset` to the left of the centre line [m]: a roadbed with a level crown, banks of one slope beside it,
 /// level again below (above in a cut); on it the ballast. The higher of both is the ground.
-inline GroundHeight ground_height(const inputs::Terrain& t, double offset) {
+inline GroundHeight ground_height(const CrossSection& t, double offset) {
   const double side = offset < 0.0 ? -1.0 : 1.0, bank = offset < 0.0 ? t.bank_right : t.bank_left;
   const double beyond = std::abs(offset) - t.crown, slope = std::copysign(t.bank_slope, bank);
   GroundHeight ground{-t.rail_height - t.ballast_height, 0.0};
@@ -34,12 +79,17 @@ inline GroundHeight ground_height(const inputs::Terrain& t, double offset) {
 
 /// The ground is one plane.
 inline bool level(const inputs::Terrain& t) {
-  return t.bank_left == 0.0 && t.bank_right == 0.0 && t.ballast_height == 0.0;
+  return t.sections.empty() && t.bank_left == 0.0 && t.bank_right == 0.0 && t.ballast_height == 0.0;
 }
 
 /// No ground is higher than this [m].
 inline double highest_ground(const inputs::Terrain& t) {
-  return -t.rail_height + std::max(0.0, -t.ballast_height - std::min(t.bank_left, t.bank_right));
+  const auto highest = [](const CrossSection& c) {
+    return -c.rail_height + std::max(0.0, -c.ballast_height - std::min(c.bank_left, c.bank_right));
+  };
+  double most = highest(CrossSection(t));
+  for (const inputs::TerrainSection& s : t.sections) most = std::max(most, highest(CrossSection(t, s)));
+  return most;
 }
 
 /// Damping of a side of a truck [N s/m].

@@ -22,12 +22,14 @@ struct Car {
   double centre_height = 0.0;  ///< of the centre of mass above the rail [m]
   double floor_height = 0.0;   ///< of the underside of the body above the rail [m]
   double roof_height = 0.0;    ///< of its top [m]
+  std::string coupler_type;    ///< inputs::CarBlock::coupler_type
+  bool cylinder = false;       ///< the body presses on the ground as a cylinder, not as a box
   double roll_inertia = 0.0;   ///< about the axis along the car through the centre of mass [kg m^2]
 
   bool operator==(const Car& other) const {
     const auto all = [](const Car& c) {
       return std::tie(c.body, c.mass, c.weight, c.yaw_inertia, c.length, c.truck_spacing, c.width, c.centre_height,
-                      c.floor_height, c.roof_height, c.roll_inertia);
+                      c.floor_height, c.roof_height, c.roll_inertia, c.cylinder, c.coupler_type);
     };
     return all(*this) == all(other);
   }
