@@ -2,25 +2,29 @@
 
 import base64
 import json
+import math
 import os
 import re
-import struct
-import zlib
+import xml.etree.ElementTree
 
 import jinja2
 import markupsafe
-import numpy as np
 
 TEMPLATES = os.path.join(os.path.dirname(os.path.realpath(__file__)), 'templates')
 THREE = '/usr/share/javascript/three'
 THREE_FILES = {'three.min.js': os.path.join(THREE, 'build'), 'OrbitControls.js': os.path.join(THREE, 'examples', 'js', 'controls')}
 NEEDS = "pages that replay a run need three.js (Debian: libjs-three)"
+_CONTROLS = re.compile('[\\x00-\\x08\\x0b-\\x1f\\x7f]')
 
 
-def check():
-    """Raises OSError if something is missing."""
-    for name, folder in THREE_FILES.items():
-        with open(os.path.join(folder, name), 'rb'):
+def check(name):
+    """Raises OSError or ImportError if something is missing that a template needs."""
+    if name != 'replay':
+        return
+    from derail_pages import packing  # noqa: F401
+
+    for file, folder in THREE_FILES.items():
+        with open(os.path.join(folder, file), 'rb'):
             pass
 
 
@@ -32,29 +36,10 @@ def _raw(folder, name):
     return markupsafe.Markup(re.sub('<(?=/(?:script|style)|!--)', r'<\\', text, flags=re.IGNORECASE))
 
 
-def packed_channels(channels, widths, moments):
-    """Whole numbers as bytes: differences in time, sign in the lowest bit, then all lowest bytes, all second ones ...
-
-    Numbers that change little become long rows of zeros, which deflate makes short.
-    """
-    parts = []
-    for channel, width in zip(channels, widths):
-        values = np.array(channel, dtype=np.int32).reshape(moments, width)
-        steps = np.diff(values, axis=0, prepend=np.zeros((1, width), dtype=np.int32)).astype(np.int32)
-        folded = ((steps << 1) ^ (steps >> 31)).astype('<u4')
-        parts.append(folded.reshape(-1, 1).view(np.uint8).T.tobytes())
-    return b''.join(parts)
-
-
 def packed_run(run):
-    """A run as one text: length of the description, description in JSON, numbers; deflated, in base64."""
-    cars, couplers, heap = (len(run['fields'][name]) for name in ('cars', 'couplers', 'heap'))
-    n = len(run['cars'])
-    widths = [n] * cars + [n - 1] * couplers + [n, n] + [1] * heap
-    numbers = packed_channels(run['channels'], widths, len(run['times']))
-    description = {key: value for key, value in run.items() if key != 'channels'}
-    head = json.dumps(description, separators=(',', ':')).encode()
-    return base64.b64encode(zlib.compress(struct.pack('<I', len(head)) + head + numbers, 9)).decode()
+    from derail_pages import packing  # reports need no NumPy
+
+    return packing.packed_run(run)
 
 
 def outcome_rows(runs):
@@ -65,6 +50,83 @@ def outcome_rows(runs):
             entry = rows.setdefault(row['name'], {**row, 'cells': [None] * len(runs)})
             entry['cells'][i] = row
     return list(rows.values())
+
+
+def axis(values, wanted=6, whole=False):
+    """A scale that holds all values: its ends and its ticks, multiples of 1, 2 or 5 times a power of ten.
+
+    `whole`: ticks are whole numbers, and the ends are those of the values.
+    """
+    values = [v for v in values if v is not None and math.isfinite(v)]
+    low, high = min(values, default=0.0), max(values, default=1.0)
+    if high == low:
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    raw = max((high - low) / wanted, 1.0 if whole else 0.0)
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(s * power for s in (1, 2, 5, 10) if s * power >= raw * (1 - 1e-9))
+    first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
+    if whole:
+        ticks = [float(k * step) for k in range(first, last + 1) if low <= k * step <= high]
+        return {'low': low, 'high': high, 'ticks': ticks}
+    return {'low': first * step, 'high': last * step, 'ticks': [float(f'{k * step:.12g}') for k in range(first, last + 1)]}
+
+
+def percent(value, scale):
+    """Where a value lies on an axis."""
+    place = 100.0 * (value - scale['low']) / (scale['high'] - scale['low'])
+    return f'{min(100.0, max(0.0, place)):.3f}%'
+
+
+def number(value):
+    """Of a tick, with a true minus sign."""
+    return f'{value:.6g}'.replace('-', '\N{MINUS SIGN}')
+
+
+def chart_axis(chart):
+    """The axis of a chart of ranges or of a histogram, over all that is drawn."""
+    values = [chart['reference']]
+    for row in chart['rows']:
+        values += [row['low'], row['high'], *(row.get('box') or []), row.get('dot')]
+    return axis(values, whole=chart['whole'])
+
+
+def title_of(svg, otherwise):
+    """The title that a picture in SVG carries."""
+    try:
+        found = xml.etree.ElementTree.fromstring(svg).find('{http://www.w3.org/2000/svg}title')
+    except (xml.etree.ElementTree.ParseError, ValueError):
+        return otherwise
+    return otherwise if found is None or not found.text else found.text
+
+
+def pictures(folder, outcomes):
+    """The pictures in a folder by what they show: groups of a title and pictures, those of no outcome first.
+
+    Of a picture that is there as SVG and PNG, the SVG.
+    """
+    found = {}
+    for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
+        stem, kind = os.path.splitext(name)
+        if kind == '.svg' or (kind == '.png' and stem not in found):
+            found[stem] = os.path.join(folder, name)
+    groups = [{'title': '', 'pictures': []}] + [{'title': o['title'], 'pictures': []} for o in outcomes]
+    for stem, path in found.items():
+        with open(path, 'rb') as file:
+            data = file.read()
+        svg = path.endswith('.svg')
+        kind = 'svg+xml' if svg else 'png'
+        place = max((i for i, o in enumerate(outcomes) if stem.endswith('_' + o['name'])), default=-1,
+                    key=lambda i: len(outcomes[i]['name'])) + 1
+        groups[place]['pictures'].append({
+            'caption': title_of(data, stem) if svg else stem,
+            'data': f'data:image/{kind};base64,{base64.b64encode(data).decode()}',
+        })
+    return [g for g in groups if g['pictures']]
+
+
+def plain(text):
+    """Text without the characters that no text has: HTML cannot hold them."""
+    return _CONTROLS.sub('\N{REPLACEMENT CHARACTER}', text)
 
 
 def rendered(name, document):
@@ -78,6 +140,6 @@ def rendered(name, document):
     )
     environment.globals['raw'] = lambda file: _raw(TEMPLATES, file)
     environment.globals['three'] = lambda file: _raw(THREE_FILES[file], file)
-    environment.filters['packed_run'] = packed_run
-    environment.filters['outcome_rows'] = outcome_rows
-    return environment.get_template(name + '.html').render(json.loads(document))
+    environment.globals.update(axis=axis, chart_axis=chart_axis, pictures=pictures)
+    environment.filters.update(packed_run=packed_run, outcome_rows=outcome_rows, percent=percent, number=number)
+    return plain(environment.get_template(name + '.html').render(json.loads(document)))

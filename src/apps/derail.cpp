@@ -18,8 +18,10 @@
 #include "files.hpp"
 #include "import_command.hpp"
 #include "interrupt.hpp"
+#include "kept_run.hpp"
 #include "page.hpp"
 #include "progress.hpp"
+#include "replay_command.hpp"
 #include "scenario_input.hpp"
 #include "study_commands.hpp"
 #include "table_options.hpp"
@@ -32,7 +34,6 @@
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/incidents_csv.hpp"
 #include "train_derail/outcome/report.hpp"
-#include "train_derail/scene/event_detector.hpp"
 #include "train_derail/scene/replay.hpp"
 #include "train_derail/simulation/fields.hpp"
 #include "train_derail/simulation/output_grid.hpp"
@@ -113,17 +114,14 @@ class Outputs {
     open(a.incidents, incidents_);
     open(a.json, json_);
     open(a.html, html_);
-    if (html_) apps::require_page_maker();
+    if (html_) apps::require_page_maker("replay");
     open(a.checkpoint, checkpoint_, files::Compression::never);
   }
 
   /// Must be called before the first step.
   void start(const RunArguments& a, const simulation::Simulation& s) {
     if (a.bag) bag_ = apps::open_bag(*a.bag, existing_, s);
-    if (html_) {
-      replay_.emplace(s.scenario(), s.cars());
-      add_to_replay(s);
-    }
+    if (html_) replay_.emplace(s);
     if (!csv_) return;
     choice_ = a.table.choice(s.scenario());
     states_ = simulation::ThinnedStates(a.table.steps(s.scenario()));
@@ -135,7 +133,7 @@ class Outputs {
   void grid_point(std::int64_t tick, const simulation::Simulation& s) {
     if (csv_) write(states_.add(tick, s.snapshot()));
     if (bag_) bag_->grid_point(s);
-    if (replay_) add_to_replay(s);
+    if (replay_) replay_->add(s);
   }
   /// How large the table of states is so far, for people; "" without one.
   std::string table_size() const {
@@ -185,13 +183,8 @@ class Outputs {
   }
 
  private:
-  void add_to_replay(const simulation::Simulation& s) {
-    const simulation::Snapshot now = s.snapshot();
-    replay_->add(now, events_.observe(now, s.outcome(), s.incidents()));
-  }
   std::string replay_page(const simulation::Simulation& s, const outcome::Outcome& outcome) const {
-    return apps::make_page("replay", "{\"version\":\"" TRAIN_DERAIL_VERSION "\",\"runs\":[" +
-                                         replay_->document(name_, outcome, s.touches()) + "]}");
+    return apps::make_page("replay", scene::page_document({}, {replay_->document({name_, ""}, s, outcome)}));
   }
   void open(const std::optional<std::string>& path, std::optional<files::OutputFile>& file,
             files::Compression compression = files::Compression::by_name) {
@@ -208,8 +201,7 @@ class Outputs {
   files::Existing existing_;
   const std::string name_;  // of the run, if its scenario has no title
   std::optional<files::OutputFile> csv_, incidents_, json_, checkpoint_, html_;
-  std::optional<scene::Replay> replay_;
-  scene::EventDetector events_{scene::kEventCouplerForce};
+  std::optional<apps::KeptRun> replay_;
   simulation::TableChoice choice_;
   simulation::ThinnedStates states_{1};
   bool saved_ = false;
@@ -410,6 +402,7 @@ int command_line(int argc, char** argv) {
   apps::add_validate_command(app, further_command);
   apps::add_verify_command(app, further_command);
   apps::add_import_command(app, further_command);
+  apps::add_replay_command(app, further_command);
 
   app.failure_message(one_line);
   try {

@@ -101,7 +101,7 @@ std::string run_script(const std::string& script, std::vector<std::string> argum
   throw std::runtime_error(fmt::format("{}: {}{}{}", script, how, message.empty() ? "" : ": ", message));
 }
 
-void require_page_maker() { run_script(kScript, {"--check"}, ""); }
+void require_page_maker(const std::string& template_name) { run_script(kScript, {"--check", template_name}, ""); }
 
 std::string make_page(const std::string& template_name, const std::string& document) {
   return run_script(kScript, {template_name}, document);

@@ -11,8 +11,9 @@ namespace train_derail::apps {
 /// std::runtime_error if it is not found or fails, with its name, its exit code or signal, and what it says.
 std::string run_script(const std::string& script, std::vector<std::string> arguments, const std::string& input);
 
-/// Throws std::runtime_error if the script or what it needs is missing, so that this is said before the computing.
-void require_page_maker();
+/// Throws std::runtime_error if the script or what this template needs is missing, so that this is said before the
+/// computing.
+void require_page_maker(const std::string& template_name);
 
 /// Returns the page. `template_name` is a file of scripts/derail_pages/templates without its ending, `document` what
 /// it shows. Throws std::runtime_error with the script's message if it fails.

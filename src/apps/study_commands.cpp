@@ -11,6 +11,7 @@
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "jobs.hpp"
+#include "page.hpp"
 #include "progress.hpp"
 #include "scenario_input.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -149,7 +150,7 @@ int report(const StudyArguments& a) {
       inputs.push_back({"a file of the results", file.string()});
   }
   require_apart(inputs, {{"--out", path}});
-  const std::string page = study::to_html(a.folder);
+  const std::string page = make_page("report", study::report_document(a.folder));
   // An older report may be replaced; any other file only with --force.
   const bool own = a.force || files::recognise(path).what == files::kReport;
   files::write_file(path, page, existing(own));

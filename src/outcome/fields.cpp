@@ -368,8 +368,9 @@ void add_run(Fields<Outcome>& f) {
        [](auto& o) -> auto& { return o.solver.jacobian_evaluations; })
       .shown_when([](const Outcome& o) { return o.solver.jacobian_evaluations > 0; });
   f.add(
-      "wall_time", kTime, "computing time", "Computing time of integration and monitoring.",
-      [](auto& o) -> auto& { return o.wall_time; });
+       "wall_time", kTime, "computing time", "Computing time of integration and monitoring.",
+       [](auto& o) -> auto& { return o.wall_time; })
+      .shown_when([](const Outcome& o) { return o.wall_time > 0.0; });  // a recording does not tell it
 }
 
 }  // namespace

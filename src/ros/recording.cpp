@@ -1,8 +1,10 @@
 #include "train_derail/ros/recording.hpp"
 
 #include <algorithm>
-#include <map>
+#include <optional>
+#include <set>
 #include <stdexcept>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -19,20 +21,67 @@ namespace train_derail::ros_face {
 
 namespace {
 
-/// Calls `use` with each message of `Topic` in the bag, whatever the name of the node that sent it.
-template <class Topic, class Use>
-void for_each_message(const rosbag::Bag& bag, const Use& use) {
-  const std::string ending(Topic::facts.name.substr(1));
-  const auto wanted = [&](const rosbag::ConnectionInfo* connection) {
-    const std::string& topic = connection->topic;
-    return connection->datatype == ::ros::message_traits::datatype<typename Topic::Message>() &&
-           topic.size() > ending.size() &&
-           topic.compare(topic.size() - ending.size() - 1, std::string::npos, "/" + ending) == 0;
-  };
-  for (const rosbag::MessageInstance& instance : rosbag::View(bag, wanted)) {
-    if (const auto message = instance.instantiate<typename Topic::Message>()) use(*message);
-  }
+[[noreturn]] void refuse(const std::string& path, const std::string& problem) {
+  throw inputs::InputError(path, "", "", problem, "a bag with the topics of a run");
 }
+
+/// A bag that is open for reading. What goes wrong with it is said with its path.
+class OpenBag {
+ public:
+  explicit OpenBag(const std::string& path) : path_(path) {
+    try {
+      bag_.open(path, rosbag::bagmode::Read);
+    } catch (const rosbag::BagUnindexedException&) {
+      refuse(path, "a bag that was cut off; `rosbag reindex` makes it whole");
+    } catch (const std::exception& e) {
+      refuse(path, fmt::format("not a bag that can be read: {}", e.what()));
+    }
+  }
+
+  /// Calls `use` with the node and the message, for each message of `Topic`; if `node` is not empty, of this node only.
+  template <class Topic, class Use>
+  void for_each(const std::string& node, const Use& use) const {
+    using Message = typename Topic::Message;
+    const std::string ending = "/" + std::string(Topic::facts.name.substr(1));
+    const auto wanted = [&](const rosbag::ConnectionInfo* connection) {
+      const std::string& topic = connection->topic;
+      return connection->datatype == ::ros::message_traits::datatype<Message>() && topic.size() > ending.size() &&
+             topic.compare(topic.size() - ending.size(), std::string::npos, ending) == 0 &&
+             (node.empty() || topic == node + ending);
+    };
+    try {
+      for (const rosbag::MessageInstance& instance : rosbag::View(bag_, wanted)) {
+        const auto message = instance.instantiate<Message>();
+        if (!message)
+          throw std::runtime_error(instance.getTopic() + " was recorded by another version of train_derail");
+        const std::string& topic = instance.getTopic();
+        use(topic.substr(0, topic.size() - ending.size()), *message);
+      }
+    } catch (const std::exception& e) {
+      refuse(path_, e.what());
+    }
+  }
+
+  std::vector<RunInBag> runs() const {
+    std::vector<RunInBag> found;
+    for_each<InputsTopic>("", [&](const std::string& node, const Inputs& m) {
+      const auto same = [&](const RunInBag& r) { return r.node == node && r.run_id == m.run_id; };
+      if (std::none_of(found.begin(), found.end(), same)) found.push_back({node, m.run_id});
+    });
+    std::sort(found.begin(), found.end(), [](const RunInBag& a, const RunInBag& b) {
+      return std::tie(a.node, a.run_id) < std::tie(b.node, b.run_id);
+    });
+    if (!found.empty()) return found;
+    bool cars = false;
+    for_each<CarsTopic>("", [&](const std::string&, const CarStates&) { cars = true; });
+    refuse(path_, cars ? "has ~cars, but no ~inputs, which say what train and what track it is"
+                       : "holds no run of train_derail");
+  }
+
+ private:
+  const std::string path_;
+  rosbag::Bag bag_;
+};
 
 /// The last of those that were sent by `time`; null if there is none.
 template <class Sent>
@@ -46,50 +95,69 @@ constexpr double kRounding = 1.0e-9;
 
 }  // namespace
 
-Recording::Recording(const std::string& path, std::uint32_t run_id) {
-  rosbag::Bag bag;
-  try {
-    bag.open(path, rosbag::bagmode::Read);
-  } catch (const std::exception& e) {
-    throw std::runtime_error(fmt::format("{}: not a bag that can be read: {}", path, e.what()));
+std::vector<RunInBag> runs_in_bag(const std::string& path) { return OpenBag(path).runs(); }
+
+namespace {
+
+RunInBag find_run(const std::string& path, std::uint32_t run_id) {
+  const std::vector<RunInBag> runs = runs_in_bag(path);
+  if (run_id == 0) {
+    return *std::max_element(runs.begin(), runs.end(),
+                             [](const RunInBag& a, const RunInBag& b) { return a.run_id < b.run_id; });
   }
-  std::map<std::uint32_t, Inputs> runs;
-  for_each_message<InputsTopic>(bag, [&](const Inputs& m) { runs[m.run_id] = m; });
-  if (runs.empty()) throw std::runtime_error(path + ": holds no run of train_derail");
-  if (run_id == 0) run_id = runs.rbegin()->first;
-  if (runs.count(run_id) == 0) {
-    std::vector<std::uint32_t> there;
-    for (const auto& run : runs) there.push_back(run.first);
-    throw std::runtime_error(fmt::format("{}: no run {}; there are: {}", path, run_id, fmt::join(there, ", ")));
+  std::set<std::uint32_t> there;
+  for (const RunInBag& run : runs) {
+    if (run.run_id == run_id) return run;
+    there.insert(run.run_id);
   }
-  scenario_ = inputs::read_scenario(YAML::Load(runs[run_id].yaml), path);
+  refuse(path, fmt::format("no run {}; there are: {}", run_id, fmt::join(there, ", ")));
+}
+
+}  // namespace
+
+Recording::Recording(const std::string& path, std::uint32_t run_id) : Recording(path, find_run(path, run_id)) {}
+
+Recording::Recording(const std::string& path, const RunInBag& run) {
+  const OpenBag bag(path);
+  const std::uint32_t run_id = run.run_id;
+  std::optional<Inputs> inputs;
+  bag.for_each<InputsTopic>(run.node, [&](const std::string&, const Inputs& m) {
+    if (m.run_id != run_id) return;
+    if (inputs && inputs->yaml != m.yaml) {
+      throw std::runtime_error(fmt::format(
+          "two runs of {} have the number {}: it was started again while it was recorded", run.node, run_id));
+    }
+    inputs = m;
+  });
+  if (!inputs) refuse(path, fmt::format("no run {} of {}", run_id, run.node));
+  scenario_ = inputs::read_scenario(YAML::Load(inputs->yaml), path);
   cars_ = model::expand(scenario_.consist);
 
   // A moment that was shown again later is not part of the run as it went.
   double last = -1.0;
-  for_each_message<CarsTopic>(bag, [&](const CarStates& m) {
+  bag.for_each<CarsTopic>(run.node, [&](const std::string&, const CarStates& m) {
     if (m.run_id != run_id || !(m.time > last) || m.cars.size() != cars_.size()) return;
     last = m.time;
     moments_.push_back({m.time, from_message(m), {}});
   });
-  if (moments_.empty()) throw std::runtime_error(fmt::format("{}: no states of run {}", path, run_id));
+  if (moments_.empty()) refuse(path, fmt::format("no states of run {}: nothing on {}/cars", run_id, run.node));
   auto moment = moments_.begin();
-  for_each_message<CouplersTopic>(bag, [&](const CouplerForces& m) {
+  bag.for_each<CouplersTopic>(run.node, [&](const std::string&, const CouplerForces& m) {
     if (m.run_id != run_id) return;
     while (moment != moments_.end() && moment->time < m.time) ++moment;
     if (moment != moments_.end() && moment->time == m.time) moment->couplers = from_message(m);
   });
   for (simulation::Snapshot& now : moments_) now.couplers.resize(cars_.size() - 1);
-  for_each_message<OutcomeTopic>(bag, [&](const Outcome& m) {
+  bag.for_each<OutcomeTopic>(run.node, [&](const std::string&, const Outcome& m) {
     if (m.run_id != run_id || (!outcomes_.empty() && m.stop_time < outcomes_.back().time)) return;
     outcomes_.push_back({m.stop_time, from_message(m)});
   });
-  for_each_message<ImpactsTopic>(bag, [&](const Impacts& m) {
+  bag.for_each<ImpactsTopic>(run.node, [&](const std::string&, const Impacts& m) {
     if (m.run_id == run_id) impacts_.push_back({m.time, from_message(m)});
   });
-  for_each_message<EventsTopic>(bag, [&](const Event& m) {
+  bag.for_each<EventsTopic>(run.node, [&](const std::string&, const Event& m) {
     if (m.run_id != run_id) return;
-    events_.push_back({(m.header.stamp - runs[run_id].header.stamp).toSec(), from_message(m)});
+    events_.push_back({(m.header.stamp - inputs->header.stamp).toSec(), from_message(m)});
   });
 
   // Where bodies push each other, impacts say where cars came to touch; else an event names the fastest so far.

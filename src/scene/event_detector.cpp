@@ -1,5 +1,6 @@
 #include "train_derail/scene/event_detector.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -73,6 +74,18 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
     found.push_back({kEnd, outcome.stop_time, 0, 0, 0, 0.0, ended_text(outcome)});
   }
   return found;
+}
+
+std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now,
+                                               const simulation::Simulation& simulation) {
+  if (simulation.ended()) return observe(now, simulation.outcome(), simulation.incidents());
+  outcome::Outcome so_far;  // with no more of it than events need before the end
+  const std::vector<outcome::FirstTouch>& touches = simulation.touches();
+  so_far.touches = static_cast<int>(touches.size());
+  const auto fastest =
+      std::max_element(touches.begin(), touches.end(), [](const auto& a, const auto& b) { return a.speed < b.speed; });
+  if (fastest != touches.end()) so_far.closing_speed_max = *fastest;
+  return observe(now, so_far, simulation.incidents());
 }
 
 void EventDetector::observe_incidents(const simulation::Snapshot& now, const model::Incidents& incidents,

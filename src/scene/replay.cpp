@@ -18,6 +18,7 @@
 #include "train_derail/scene/marks.hpp"
 #include "train_derail/scene/track_picture.hpp"
 #include "train_derail/simulation/fields.hpp"
+#include "train_derail/simulation/trajectory_csv.hpp"
 
 namespace train_derail::scene {
 
@@ -169,13 +170,7 @@ Replay::Replay(const inputs::Scenario& scenario, const std::vector<model::Car>& 
 void Replay::add(const simulation::Snapshot& now, const std::vector<Occurrence>& events) {
   events_.insert(events_.end(), events.begin(), events.end());
   simulation::Snapshot next = now;
-  if (pending_) {
-    for (std::size_t i = 0; i < next.couplers.size(); ++i) {
-      auto& coupler = next.couplers[i];
-      coupler.buff_peak = std::max(coupler.buff_peak, last_.couplers[i].buff_peak);
-      coupler.draft_peak = std::max(coupler.draft_peak, last_.couplers[i].draft_peak);
-    }
-  }
+  if (pending_) simulation::keep_peaks(last_, next);
   last_ = std::move(next);
   pending_ = true;
   if (++skipped_ < stride_ && !times_.empty()) return;
@@ -231,13 +226,14 @@ void Replay::thin() {
   stride_ *= 2;
 }
 
-std::string Replay::document(const std::string& title, const outcome::Outcome& outcome,
+std::string Replay::document(const ReplayNames& names, const outcome::Outcome& outcome,
                              const std::vector<outcome::FirstTouch>& touches) const {
   Replay whole = *this;
   if (pending_) whole.append(last_);  // the end of the run, whatever the stride
 
   ordered_json j;
-  j["title"] = scenario_.title.empty() ? title : scenario_.title;
+  j["title"] = scenario_.title.empty() ? names.title : scenario_.title;
+  j["caption"] = names.caption;
   j["inputs"] = inputs::to_yaml(scenario_);
   j["outcome"] = of_outcome(outcome);
   j["warnings"] = outcome.warnings;
@@ -328,6 +324,13 @@ std::string Replay::document(const std::string& title, const outcome::Outcome& o
     fmt::format_to(std::back_inserter(text), "[{}]", fmt::join(channel, ","));
   }
   return text + "]}";
+}
+
+std::string page_document(const ReplayPage& page, const std::vector<std::string>& runs) {
+  const ordered_json head{{"version", TRAIN_DERAIL_VERSION}, {"title", page.title}, {"notes", page.notes}};
+  std::string text = head.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  text.back() = ',';
+  return text + fmt::format("\"runs\":[{}]}}", fmt::join(runs, ","));
 }
 
 }  // namespace train_derail::scene

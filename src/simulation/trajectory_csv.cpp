@@ -89,21 +89,23 @@ void write_csv_rows(std::ostream& out, const Snapshot& s, const TableChoice& cho
   out << text;
 }
 
-const Snapshot* ThinnedStates::add(std::int64_t tick, Snapshot state) {
-  if (!kept_) {
-    for (std::size_t i = 0; i < state.couplers.size(); ++i) {
-      CouplerSnapshot& now = state.couplers[i];
-      const CouplerSnapshot& before = state_->couplers[i];
-      if (before.buff_peak >= now.buff_peak) {
-        now.buff_peak = before.buff_peak;
-        now.buff_peak_time = before.buff_peak_time;
-      }
-      if (before.draft_peak >= now.draft_peak) {
-        now.draft_peak = before.draft_peak;
-        now.draft_peak_time = before.draft_peak_time;
-      }
+void keep_peaks(const Snapshot& before, Snapshot& now) {
+  for (std::size_t i = 0; i < now.couplers.size(); ++i) {
+    CouplerSnapshot& to = now.couplers[i];
+    const CouplerSnapshot& from = before.couplers[i];
+    if (from.buff_peak >= to.buff_peak) {
+      to.buff_peak = from.buff_peak;
+      to.buff_peak_time = from.buff_peak_time;
+    }
+    if (from.draft_peak >= to.draft_peak) {
+      to.draft_peak = from.draft_peak;
+      to.draft_peak_time = from.draft_peak_time;
     }
   }
+}
+
+const Snapshot* ThinnedStates::add(std::int64_t tick, Snapshot state) {
+  if (!kept_) keep_peaks(*state_, state);
   kept_ = !state_ || tick % every_ == 0;  // the first one and those of the coarser grid
   state_ = std::move(state);
   return kept_ ? &*state_ : nullptr;

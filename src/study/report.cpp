@@ -1,13 +1,9 @@
 #include "train_derail/study/report.hpp"
-#include "train_derail/files/checksum.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <filesystem>
-#include <map>
-#include <optional>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -15,149 +11,53 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "study/html.hpp"
 #include "study/json_file.hpp"
+#include "study/results.hpp"
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/number.hpp"
+#include "train_derail/files/recognise.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/outcome/outcome.hpp"
-#include "train_derail/outcome/report.hpp"
 #include "train_derail/study/study.hpp"
 
 namespace train_derail::study {
 
-namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 namespace {
 
-constexpr std::size_t kFailedShown = 100;
 // With no-break spaces, so that a range stays on one line.
 constexpr const char* kTo = "\u00A0to\u00A0";
 constexpr const char* kSpace = "\u00A0";
+/// Most rows of a chart: more cannot be told apart.
+constexpr std::size_t kChartRowsMax = 120;
+/// About how many bars a histogram has.
+constexpr double kBars = 24.0;
 
-using Row = std::vector<std::string>;
-constexpr const char* kWrites = "derail study, at its end, or derail merge";
-using Facts = std::vector<std::pair<std::string, std::string>>;
-
-std::string digits(double value) { return std::isnan(value) ? "\u2013" : fmt::format("{:.4g}", value); }
-
-/// A column of runs.csv, as about.json describes it.
-struct Number {
-  std::string name, title, shown_unit;
-  bool numeric;
-  double per_shown;
-
-  double shown(const std::string& si) const { return files::number<double>(si).value_or(std::nan("")) / per_shown; }
-  std::string number(const std::string& si) const { return digits(shown(si)); }
-  std::string text(const std::string& si) const {
-    return !numeric ? si : shown_unit.empty() ? number(si) : number(si) + kSpace + shown_unit;
-  }
-  std::string label() const { return shown_unit.empty() ? title : fmt::format("{} ({})", title, shown_unit); }
-};
-
-/// A table that was read into memory.
-struct Table {
-  std::string path;
-  std::vector<std::string> names;
-  std::vector<Row> rows;
-
-  std::size_t column(const std::string& name) const {
-    const auto place = std::find(names.begin(), names.end(), name);
-    if (place == names.end()) throw inputs::InputError(path + ":1", name, "", "missing column", "");
-    return static_cast<std::size_t>(place - names.begin());
-  }
-};
-
-struct Results {
-  std::string folder;
-  ordered_json about, study;
-  std::vector<Number> factors, outcomes;
-  Table summary;
-  std::int64_t runs = 0;
-  std::optional<Table> sobol;
-  std::map<std::string, Row> points;  // inputs of each point, SI units as text
-  std::size_t failed = 0;
-  std::vector<Row> failures;  // the first failed runs: number, inputs, reason
-
-  bool one_at_a_time() const { return study.at("plan") == to_string(Plan::one_at_a_time); }
-  bool by_point() const { return one_at_a_time() || study.at("plan") == to_string(Plan::grid); }
-  std::string base(const Number& factor) const { return study.at("scenario").at(factor.name).get<std::string>(); }
-};
-
-std::string in(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
-
-Number number_of(const ordered_json& about, const std::string& name) {
-  const ordered_json& c = about.at("columns").at(name);
-  return {name, c.at("title"), c.at("shown_unit"), c.at("unit") != "", c.at("per_shown")};
+/// A cell of a table: a text, and the number that it is sorted by (null: by its text).
+ordered_json cell(const std::string& text) { return {{"text", text}, {"value", nullptr}}; }
+ordered_json cell(const std::string& text, double value) {
+  ordered_json c = cell(text);
+  if (std::isfinite(value)) c["value"] = value;
+  return c;
+}
+ordered_json cell(const Number& of, const std::string& si) {
+  return of.numeric ? cell(of.text(si), of.shown(si)) : cell(si);
+}
+ordered_json count_cell(const std::string& text) {
+  return cell(text, files::number<double>(text).value_or(std::nan("")));
 }
 
-/// Returns the path of a table after checking that it was not changed: about.json, which is written last, has its
-/// checksum.
-std::string checked(const Results& r, const char* name) {
-  const std::string path = in(r.folder, name);
-  const std::string now = files::crc32_of_file(path);
-  if (now.empty()) wrong_json(path, kWrites, "missing or cannot be read");
-  if (r.about.at("crc32").at(name) != now)
-    wrong_json(path, kWrites, "was changed since it was written (its checksum in about.json differs)");
-  return path;
+ordered_json column(const std::string& title, bool numeric) { return {{"title", title}, {"numeric", numeric}}; }
+
+/// A table under a heading; `name` is its id in the page.
+ordered_json section(const char* name, const char* title, const std::string& note, const ordered_json& columns,
+                     const ordered_json& rows) {
+  return {{"name", name}, {"title", title}, {"note", note}, {"columns", columns}, {"rows", rows}};
 }
 
-Table read_table(const std::string& path) try {
-  files::CsvTable table(path);
-  Table t{path, table.names(), {}};
-  for (Row row; table.next(row);) t.rows.push_back(row);
-  return t;
-} catch (const files::CsvError& e) {
-  throw inputs::InputError(e.what(), "", "", fmt::format("{} writes this table", kWrites), "");
-}
-
-void read_runs(Results& r) {
-  const std::string path = checked(r, "runs.csv");
-  try {
-    files::CsvTable table(path);
-    const std::size_t run = table.column("run"), point = table.column("point"), ended = table.column("ended"),
-                      message = table.column("message");
-    std::vector<std::size_t> inputs;
-    for (const Number& factor : r.factors) inputs.push_back(table.column(factor.name));
-    for (Row row; table.next(row); ++r.runs) {
-      Row values;
-      for (const std::size_t column : inputs) values.push_back(row[column]);
-      r.points.try_emplace(row[point], values);
-      if (row[ended] != outcome::to_string(outcome::Ended::integration_failed)) continue;
-      ++r.failed;
-      if (r.failures.size() == kFailedShown) continue;
-      r.failures.push_back({row[run]});
-      r.failures.back().insert(r.failures.back().end(), values.begin(), values.end());
-      r.failures.back().push_back(row[message]);
-    }
-  } catch (const files::CsvError& e) {
-    throw inputs::InputError(e.what(), "", "", fmt::format("{} writes this table", kWrites), "");
-  }
-}
-
-Results read_results(const std::string& folder) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error))
-    throw inputs::InputError(folder, "", "", "no such folder", "a folder that derail study has written");
-  if (!fs::exists(in(folder, "runs.csv")) && fs::exists(in(folder, "validation.json"))) {
-    throw inputs::InputError(folder, "", "", "holds a validation, not a study",
-                             "a folder that derail study has written");
-  }
-  Results r;
-  r.folder = folder;
-  const std::string path = in(folder, "about.json");
-  r.about = read_json(path, kWrites);
-  checked_json(path, kWrites, [&] {
-    r.study = r.about.at("study");
-    for (const ordered_json& factor : r.study.at("factors")) r.factors.push_back(number_of(r.about, factor.at("key")));
-    for (const ordered_json& name : r.study.at("outcomes")) r.outcomes.push_back(number_of(r.about, name));
-    read_runs(r);
-    r.summary = read_table(checked(r, "summary.csv"));
-    if (r.study.at("plan") == to_string(Plan::saltelli)) r.sobol = read_table(checked(r, "sobol.csv"));
-  });
-  return r;
-}
+/// Names and values.
+ordered_json fact(const std::string& name, const std::string& value) { return ordered_json::array({name, value}); }
 
 /// Returns `j[key]` as text, whether it is a text or a number.
 std::string field(const ordered_json& j, const char* key) {
@@ -165,19 +65,19 @@ std::string field(const ordered_json& j, const char* key) {
   return j.at(key).is_string() ? j.at(key).get<std::string>() : j.at(key).dump();
 }
 
-std::string overview(const Results& r) {
-  const ordered_json& perturbation = r.study.at("perturbation");
-  Facts facts{
-      {"plan", field(r.study, "plan")},
-      {"runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)},
-      {"runs for each point", field(r.study, "replicates")},
-      {"perturbation of every run", fmt::format("spacing {} m, yaw rate {} (relative), kick {} m/s, alignment {} m",
-                                                digits(perturbation.at("spacing")), digits(perturbation.at("yaw_rate")),
-                                                digits(perturbation.at("kick")), digits(perturbation.at("alignment")))},
-      {"seed", field(r.study, "seed")},
-      {"base scenario", field(r.study.at("scenario"), "title")}};
-  if (!r.by_point()) facts.insert(facts.begin() + 1, {"samples", field(r.study, "samples")});
-  return html::facts(facts);
+ordered_json overview(const Results& r) {
+  const ordered_json& p = r.study.at("perturbation");
+  ordered_json facts = ordered_json::array({fact("plan", field(r.study, "plan"))});
+  if (!r.by_point()) facts.push_back(fact("samples", field(r.study, "samples")));
+  facts.push_back(fact("runs", fmt::format("{}, of which failed: {}", r.runs, r.failed)));
+  facts.push_back(fact("runs for each point", field(r.study, "replicates")));
+  facts.push_back(
+      fact("perturbation of every run",
+           fmt::format("spacing {} m, yaw rate {} (relative), kick {} m/s, alignment {} m", digits(p.at("spacing")),
+                       digits(p.at("yaw_rate")), digits(p.at("kick")), digits(p.at("alignment")))));
+  facts.push_back(fact("seed", field(r.study, "seed")));
+  facts.push_back(fact("base scenario", field(r.study.at("scenario"), "title")));
+  return facts;
 }
 
 std::string range_of(const Number& factor, const ordered_json& entry) {
@@ -190,203 +90,320 @@ std::string range_of(const Number& factor, const ordered_json& entry) {
   return fmt::format("{}: {}{}{}", field(entry, "distribution"), end("low"), kTo, end("high"));
 }
 
-std::string inputs_of(const Results& r) {
-  if (r.factors.empty())
-    return "<h2>Inputs</h2>\n<p>None varies: all runs are of the base scenario, each with a seed of its own.</p>\n";
-  std::vector<Row> rows;
+ordered_json inputs_of(const Results& r) {
+  ordered_json rows = ordered_json::array();
   for (std::size_t i = 0; i < r.factors.size(); ++i) {
     const Number& factor = r.factors[i];
-    const std::string range = range_of(factor, r.study.at("factors").at(i));
-    rows.push_back({factor.title, factor.name, factor.text(r.base(factor)), range});
+    rows.push_back({cell(factor.title), cell(factor.name), cell(factor, r.base(factor)),
+                    cell(range_of(factor, r.study.at("factors").at(i)))});
   }
-  return "<h2>Inputs</h2>\n" + html::table({{"input", false}, {"key", false}, {"base", true}, {"values", false}}, rows);
+  return section(
+      "inputs", "Inputs",
+      r.factors.empty() ? "None varies: all runs are of the base scenario, each with a seed of its own." : "",
+      {column("input", false), column("key", false), column("base", true), column("values", false)}, rows);
 }
 
-/// "14 (12.7 – 15.3)".
-std::string median_of(const Results& r, const Row& cell, const Number& outcome) {
-  const auto q = [&](const char* name) { return outcome.number(cell[r.summary.column(name)]); };
-  return fmt::format("{} ({}{}{})", q("median"), q("q05"), kTo, q("q95"));
+/// A row of summary.csv.
+struct Cells {
+  const Table& table;
+  const Row& row;
+  const std::string& operator[](const char* name) const { return row[table.column(name)]; }
+};
+
+/// "14 (12.7 to 15.3)".
+std::string median_of(const Cells& cells, const Number& outcome) {
+  return fmt::format("{} ({}{}{})", outcome.number(cells["median"]), outcome.number(cells["q05"]), kTo,
+                     outcome.number(cells["q95"]));
 }
 
-/// Returns the cells that identify a point: the input that was changed, or all inputs.
-Row point_cells(const Results& r, const std::string& point, const std::string& name) {
+/// The cells that identify a point: the input that was changed, or all inputs.
+ordered_json point_cells(const Results& r, const std::string& point, const std::string& name) {
   const auto found = r.points.find(point);
-  Row cells(r.one_at_a_time() ? 3 : r.factors.size());
+  ordered_json cells = ordered_json::array();
+  for (std::size_t i = 0; i < (r.one_at_a_time() ? 3 : r.factors.size()); ++i) cells.push_back(cell(""));
   if (found == r.points.end()) {  // none of its runs has been computed yet
-    cells[0] = name;
+    if (!cells.empty()) cells[0] = cell(name);
     return cells;
   }
   if (!r.one_at_a_time()) {
-    for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = r.factors[i].text(found->second[i]);
+    for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = cell(r.factors[i], found->second[i]);
     return cells;
   }
-  cells[0] = "base";
+  cells[0] = cell("base");
   for (std::size_t i = 0; i < r.factors.size(); ++i) {
     const Number& factor = r.factors[i];
     if (found->second[i] == r.base(factor)) continue;
     const double change = 100.0 * (factor.shown(found->second[i]) / factor.shown(r.base(factor)) - 1.0);
     const bool relative = factor.numeric && std::isfinite(change);
-    cells = {factor.title, factor.text(found->second[i]), relative ? fmt::format("{:+.3g}{}%", change, kSpace) : ""};
+    cells = {cell(factor.title), cell(factor, found->second[i]),
+             relative ? cell(fmt::format("{:+.3g}{}%", change, kSpace), change) : cell("")};
   }
   return cells;
 }
 
-std::string table_by_point(const Results& r) {
-  std::vector<html::PageColumn> columns;
-  if (r.one_at_a_time()) columns = {{"input", false}, {"value", true}, {"change", true}};
+/// A point in words: "train speed 30 mph", "10 mph, guided".
+std::string words_of(const ordered_json& identity, bool one_at_a_time) {
+  std::string words;
+  for (std::size_t i = 0; i < (one_at_a_time ? std::min<std::size_t>(2, identity.size()) : identity.size()); ++i) {
+    const std::string text = identity[i].at("text");
+    if (!text.empty()) words += (words.empty() ? "" : one_at_a_time ? " " : ", ") + text;
+  }
+  return words.empty() ? "all runs" : words;
+}
+
+/// A row of a chart of ranges: whiskers from `low` to `high`, a box between the quartiles if there are any, a dot.
+ordered_json range_row(const std::string& label, double low, double dot, double high, const std::string& says) {
+  return {{"label", label}, {"low", low}, {"high", high}, {"dot", dot}, {"says", says}, {"box", nullptr}, {"group", 0}};
+}
+
+/// A chart of one outcome.
+ordered_json chart(const Number& outcome, const char* kind, const std::string& axis, const std::string& note) {
+  const std::string& t = outcome.title;
+  return {{"name", outcome.name}, {"title", t},     {"kind", kind},         {"axis", axis},
+          {"note", note},         {"whole", false}, {"reference", nullptr}, {"rows", ordered_json::array()}};
+}
+
+/// The table of all points, and a chart of each outcome over them.
+ordered_json by_point(const Results& r, ordered_json& charts) {
+  ordered_json columns = ordered_json::array();
+  if (r.one_at_a_time() && !r.factors.empty())
+    columns = {column("input", false), column("value", true), column("change", true)};
   else
-    for (const Number& factor : r.factors) columns.push_back({factor.title, true});
+    for (const Number& factor : r.factors) columns.push_back(column(factor.title, factor.numeric));
   const std::size_t identity = columns.size();
-  columns.insert(columns.end(), {{"runs", true}, {"failed", true}});
-  for (const Number& outcome : r.outcomes) columns.push_back({outcome.label(), true});
-
-  std::vector<Row> rows;
-  std::string last;
-  for (const Row& cell : r.summary.rows) {  // the outcomes of a point follow each other, in the order of the study
-    const std::string& point = cell[r.summary.column("point")];
-    if (rows.empty() || point != last) {
-      rows.push_back(point_cells(r, point, cell[r.summary.column("name")]));
-      rows.back().push_back(cell[r.summary.column("runs")]);
-      rows.back().push_back(cell[r.summary.column("failed")]);
-    }
-    last = point;
-    rows.back().push_back(median_of(r, cell, r.outcomes.at(rows.back().size() - identity - 2)));
-  }
-  for (Row& row : rows) row.resize(columns.size());
-  return html::table(columns, rows);
-}
-
-std::string table_over_all(const Results& r) {
-  constexpr const char* kNames[] = {"median", "q05", "q95", "q25", "q75", "mean", "sd"};
-  std::vector<Row> rows;
-  for (const Row& cell : r.summary.rows) {
-    const Number& outcome = r.outcomes.at(rows.size());
-    rows.push_back({outcome.label()});
-    for (const char* name : kNames) rows.back().push_back(outcome.number(cell[r.summary.column(name)]));
-  }
-  return html::table({{"outcome", false},
-                      {"median", true},
-                      {"5 %", true},
-                      {"95 %", true},
-                      {"25 %", true},
-                      {"75 %", true},
-                      {"mean", true},
-                      {"standard deviation", true}},
-                     rows);
-}
-
-std::string medians(const Results& r) {
-  if (!r.by_point()) return "<h2>Outcomes</h2>\n" + table_over_all(r);
-  return "<h2>Outcomes</h2>\n<p>Median of the runs of each point; in brackets the range from 5 to 95 %.</p>\n" +
-         table_by_point(r);
-}
-
-std::string sobol_table(const Results& r) {
-  if (!r.sobol || r.sobol->rows.empty()) return "";
-  const Table& t = *r.sobol;
-  const auto title = [](const std::vector<Number>& of, const std::string& name) {
-    const auto found = std::find_if(of.begin(), of.end(), [&](const Number& n) { return n.name == name; });
-    return found == of.end() ? name : found->title;
-  };
-  std::vector<Row> rows;
-  for (const Row& row : t.rows) {
-    const auto index = [&](const std::string& kind) {
-      const auto at = [&](const char* end) {
-        return files::number<double>(row[t.column(kind + end)]).value_or(std::nan(""));
-      };
-      return fmt::format("{:.3f} ({:.3f}{}{:.3f})", at(""), at("_low"), kTo, at("_high"));
-    };
-    rows.push_back({title(r.outcomes, row[t.column("outcome")]), title(r.factors, row[t.column("factor")]),
-                    index("first"), index("total"), row[t.column("samples")]});
-  }
-  return "<h2>Sobol indices</h2>\n<p>Share of each input in the variance of the outcome: alone (first order), and with "
-         "all of its interactions (total); in brackets 95 % confidence intervals.</p>\n" +
-         html::table({{"outcome", false}, {"input", false}, {"first order", true}, {"total", true}, {"samples", true}},
-                     rows);
-}
-
-std::string failed_table(const Results& r) {
-  if (r.failed == 0) return "";
-  std::vector<html::PageColumn> columns{{"run", true}};
-  for (const Number& factor : r.factors) columns.push_back({factor.title, true});
-  columns.push_back({"reason", false});
-  std::vector<Row> rows = r.failures;
-  for (Row& row : rows) {
-    for (std::size_t i = 0; i < r.factors.size(); ++i) row[1 + i] = r.factors[i].text(row[1 + i]);
-  }
-  std::string rest;
-  if (r.failed > rows.size()) rest = fmt::format("<p>{} more in runs.csv.</p>\n", r.failed - rows.size());
-  return "<h2>Failed runs</h2>\n<p>They are counted, but left out of all medians.</p>\n" + html::table(columns, rows) +
-         rest;
-}
-
-/// Returns the warnings, which should be read before the numbers are believed.
-std::string warnings(const Results& r) {
-  std::string list;
-  for (const ordered_json& warning : r.about.at("warnings"))
-    list += "<li>" + html::escape(warning.get<std::string>()) + "</li>\n";
-  return list.empty() ? "" : "<h2>Warnings</h2>\n<ul>\n" + list + "</ul>\n";
-}
-
-bool ends_with(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-/// Returns the pictures, those of each outcome together, all others first.
-std::string pictures(const Results& r) {
-  std::vector<std::string> paths = html::pictures_in(in(r.folder, "pictures"));
-  if (paths.empty()) {
-    return fmt::format(
-        "<h2>Pictures</h2>\n<p>There are none yet: <code>rosrun train_derail plot_study.py {}</code> "
-        "draws them; then make this page again.</p>\n",
-        html::escape(r.folder));
-  }
-  std::string of_outcomes;
+  columns.push_back(column("runs", true));
+  columns.push_back(column("failed", true));
   for (const Number& outcome : r.outcomes) {
-    std::string some;
-    for (std::string& path : paths) {
-      if (path.empty() || !ends_with(fs::path(path).stem().string(), "_" + outcome.name)) continue;
-      some += html::figure(path);
-      path.clear();
+    columns.push_back(column(outcome.label(), true));
+    charts.push_back(chart(outcome, "ranges", outcome.label(),
+                           "Dot: median. Box: 25 to 75 % of the runs. Line: 5 to 95 %." +
+                               std::string(r.one_at_a_time() ? " Dashed: median of the base." : "")));
+  }
+
+  ordered_json rows = ordered_json::array();
+  std::string last;
+  for (const Row& row : r.summary.rows) {  // the outcomes of a point follow each other, in the order of the study
+    const Cells cells{r.summary, row};
+    if (rows.empty() || cells["point"] != last) {
+      rows.push_back(point_cells(r, cells["point"], cells["name"]));
+      rows.back().erase(rows.back().begin() + static_cast<std::ptrdiff_t>(std::min(identity, rows.back().size())),
+                        rows.back().end());
+      rows.back().push_back(count_cell(cells["runs"]));
+      rows.back().push_back(count_cell(cells["failed"]));
     }
-    if (!some.empty()) of_outcomes += "<h3>" + html::escape(outcome.title) + "</h3>\n" + some;
+    last = cells["point"];
+    const std::size_t place = rows.back().size() - identity - 2;
+    const Number& outcome = r.outcomes.at(place);
+    const double median = outcome.shown(cells["median"]);
+    rows.back().push_back(cell(median_of(cells, outcome), median));
+    if (!std::isfinite(median)) continue;
+    ordered_json identity_cells(rows.back().begin(), rows.back().begin() + static_cast<std::ptrdiff_t>(identity));
+    const std::string label = words_of(identity_cells, r.one_at_a_time());
+    ordered_json bar =
+        range_row(label, outcome.shown(cells["q05"]), median, outcome.shown(cells["q95"]),
+                  fmt::format("{}: median {}, 5 to 95 %: {}{}{}, {} runs", label, outcome.text(cells["median"]),
+                              outcome.text(cells["q05"]), kTo, outcome.text(cells["q95"]), cells["runs"]));
+    bar["box"] = {outcome.shown(cells["q25"]), outcome.shown(cells["q75"])};
+    charts[place]["rows"].push_back(bar);
+    if (r.one_at_a_time() && charts[place]["rows"].size() == 1) charts[place]["reference"] = median;
   }
-  std::string others;
-  for (const std::string& path : paths) {
-    if (!path.empty()) others += html::figure(path);
+  for (ordered_json& row : rows) {
+    while (row.size() < columns.size()) row.push_back(cell(""));
   }
-  return "<h2>Pictures</h2>\n" + others + of_outcomes;
+  return section("outcomes", "Outcomes", "Median of the runs of each point; in brackets the range from 5 to 95 %.",
+                 columns, rows);
 }
 
-std::string origin(const Results& r) {
+/// Bars of equal width; of whole numbers each bar holds the same number of them.
+struct Bars {
+  double from = 0.0, width = 1.0;
+  std::vector<std::int64_t> counts;
+
+  explicit Bars(const Extent& extent) {
+    const double raw = std::max(extent.high - extent.low, 1e-12 * std::max(1.0, std::abs(extent.high))) / kBars;
+    const double power = std::pow(10.0, std::floor(std::log10(raw)));
+    for (const double step : {1.0, 2.0, 5.0, 10.0}) {
+      width = step * power;
+      if (width >= raw) break;
+    }
+    if (extent.whole) width = std::max(1.0, width);
+    from = std::floor(extent.low / width) * width;
+    counts.resize(static_cast<std::size_t>(std::floor((extent.high - from) / width)) + 1, 0);
+  }
+  void add(double value) {
+    const double place = std::floor((value - from) / width);
+    counts[static_cast<std::size_t>(std::clamp(place, 0.0, static_cast<double>(counts.size() - 1)))]++;
+  }
+};
+
+std::vector<Bars> histograms(const Results& r) try {
+  files::CsvTable table(in_folder(r.folder, "runs.csv"));
+  const std::size_t ended = table.column("ended");
+  std::vector<std::size_t> columns;
+  std::vector<Bars> all;
+  for (std::size_t i = 0; i < r.outcomes.size(); ++i) {
+    columns.push_back(table.column(r.outcomes[i].name));
+    all.emplace_back(r.extents[i]);
+  }
+  for (Row row; table.next(row);) {
+    if (row[ended] == outcome::to_string(outcome::Ended::integration_failed)) continue;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const double value = r.outcomes[i].shown(row[columns[i]]);
+      if (std::isfinite(value)) all[i].add(value);
+    }
+  }
+  return all;
+} catch (const files::CsvError& e) {
+  throw inputs::InputError(e.what(), "", "", fmt::format("{} writes this table", kResultsWriter), "");
+}
+
+ordered_json histogram(const Number& outcome, const Bars& bars, const Extent& extent) {
+  ordered_json c =
+      chart(outcome, "histogram", outcome.label(), fmt::format("How many of {} runs. Dashed: median.", extent.values));
+  c["whole"] = extent.whole;
+  for (std::size_t i = 0; i < bars.counts.size(); ++i) {
+    const double from = bars.from + static_cast<double>(i) * bars.width, to = from + bars.width;
+    const std::string unit = outcome.shown_unit.empty() ? "" : kSpace + outcome.shown_unit;
+    const std::string range = extent.whole && bars.width == 1.0 ? digits(from)
+                              : extent.whole                    ? digits(from) + kTo + digits(to - 1.0)
+                                                                : digits(from) + kTo + digits(to);
+    // A bar of whole numbers stands over them.
+    const double shift = extent.whole ? 0.5 : 0.0;
+    c["rows"].push_back({{"low", from - shift},
+                         {"high", to - shift},
+                         {"count", bars.counts[i]},
+                         {"says", fmt::format("{}{}: {} of {} runs", range, unit, bars.counts[i], extent.values)}});
+  }
+  return c;
+}
+
+/// The table over all runs, and a histogram of each outcome.
+ordered_json over_all(const Results& r, ordered_json& charts) {
+  constexpr std::pair<const char*, const char*> kColumns[] = {
+      {"median", "median"},        {"q05", "5 %"}, {"q95", "95 %"}, {"q25", "25 %"}, {"q75", "75 %"}, {"mean", "mean"},
+      {"sd", "standard deviation"}};
+  ordered_json columns = ordered_json::array({column("outcome", false)}), rows = ordered_json::array();
+  for (const auto& [name, title] : kColumns) columns.push_back(column(title, true));
+  const std::vector<Bars> bars = histograms(r);
+  for (const Row& row : r.summary.rows) {
+    const Cells cells{r.summary, row};
+    const std::size_t place = rows.size();
+    const Number& outcome = r.outcomes.at(place);
+    rows.push_back(ordered_json::array({cell(outcome.label())}));
+    for (const auto& [name, title] : kColumns)
+      rows.back().push_back(cell(outcome.number(cells[name]), outcome.shown(cells[name])));
+    if (r.extents[place].values == 0) continue;
+    charts.push_back(histogram(outcome, bars[place], r.extents[place]));
+    charts.back()["reference"] = outcome.shown(cells["median"]);
+  }
+  return section("outcomes", "Outcomes", "", columns, rows);
+}
+
+/// Indices of the plan saltelli, and a chart of each outcome.
+ordered_json sobol(const Results& r, ordered_json& charts) {
+  ordered_json rows = ordered_json::array();
+  const auto number_of = [](const std::vector<Number>& of, const std::string& name) {
+    const auto found = std::find_if(of.begin(), of.end(), [&](const Number& n) { return n.name == name; });
+    return found == of.end() ? Number{name, name, "", true, 1.0} : *found;
+  };
+  std::string last;
+  for (const Row& row : r.sobol->rows) {
+    const Cells cells{*r.sobol, row};
+    const Number outcome = number_of(r.outcomes, cells["outcome"]), factor = number_of(r.factors, cells["factor"]);
+    if (cells["outcome"] != last)
+      charts.push_back(
+          chart(outcome, "ranges", "share of the variance of " + outcome.title,
+                "Dot: index. Line: 95 % confidence. Above: the input alone; below: with all interactions."));
+    last = cells["outcome"];
+    rows.push_back(ordered_json::array({cell(outcome.title), cell(factor.title)}));
+    for (const auto& [kind, words] : {std::pair("first", "alone"), std::pair("total", "with interactions")}) {
+      const auto at = [&](const char* end) {
+        return files::number<double>(cells[(std::string(kind) + end).c_str()]).value_or(std::nan(""));
+      };
+      const std::string text = fmt::format("{:.3f} ({:.3f}{}{:.3f})", at(""), at("_low"), kTo, at("_high"));
+      rows.back().push_back(cell(text, at("")));
+      const std::string label = factor.title + ", " + words;
+      charts.back()["rows"].push_back(
+          range_row(label, at("_low"), at(""), at("_high"), fmt::format("{}: {}", label, text)));
+      charts.back()["rows"].back()["group"] = std::string_view(kind) == "total" ? 1 : 0;
+    }
+    rows.back().push_back(count_cell(cells["samples"]));
+  }
+  return section("sobol", "Sobol indices",
+                 "Share of each input in the variance of the outcome: alone (first order), and with all of its "
+                 "interactions (total); in brackets 95 % confidence intervals.",
+                 {column("outcome", false), column("input", false), column("first order", true), column("total", true),
+                  column("samples", true)},
+                 rows);
+}
+
+ordered_json failed_runs(const Results& r) {
+  ordered_json columns = ordered_json::array({column("run", true)}), rows = ordered_json::array();
+  for (const Number& factor : r.factors) columns.push_back(column(factor.title, factor.numeric));
+  columns.push_back(column("reason", false));
+  for (const Row& failure : r.failures) {
+    rows.push_back(ordered_json::array({count_cell(failure.front())}));
+    for (std::size_t i = 0; i < r.factors.size(); ++i) rows.back().push_back(cell(r.factors[i], failure[1 + i]));
+    rows.back().push_back(cell(failure.back()));
+  }
+  std::string note = "They are counted, but left out of all medians.";
+  if (r.failed > r.failures.size()) note += fmt::format(" {} more are in runs.csv.", r.failed - r.failures.size());
+  return section("failed", "Failed runs", note, columns, rows);
+}
+
+ordered_json origin(const Results& r) {
   const ordered_json machine = r.about.value("machine", ordered_json::object());
   const double wall_time = r.about.value("wall_time", 0.0);
-  Facts facts{{"train_derail", field(r.about, "version")},
-              {"system", field(machine, "system")},
-              {"processor", field(machine, "processor") + ", cores: " + field(machine, "cores")}};
-  if (wall_time > 0.0) facts.push_back({"computing time of the last call", fmt::format("{:.1f} s", wall_time)});
-  return "<h2>Version and machine</h2>\n" + html::facts(facts);
+  ordered_json facts =
+      ordered_json::array({fact("train_derail", field(r.about, "version")), fact("system", field(machine, "system")),
+                           fact("processor", field(machine, "processor") + ", cores: " + field(machine, "cores"))});
+  if (wall_time > 0.0) facts.push_back(fact("computing time of the last call", fmt::format("{:.1f} s", wall_time)));
+  return facts;
 }
 
-std::string scenario(const Results& r) {
-  Facts facts;
-  for (const auto& [key, value] : r.study.at("scenario").items()) facts.emplace_back(key, value.get<std::string>());
-  return "<h2>Base scenario</h2>\n<p>In SI units, all defaults filled in.</p>\n" + html::facts(facts);
+ordered_json scenario(const Results& r) {
+  ordered_json facts = ordered_json::array();
+  for (const auto& [key, value] : r.study.at("scenario").items()) facts.push_back(fact(key, value.get<std::string>()));
+  return facts;
+}
+
+ordered_json document(const Results& r) {
+  const std::string title = field(r.study, "title");
+  ordered_json j{{"version", TRAIN_DERAIL_VERSION},
+                 {"mark", files::kReportMark},
+                 {"title", title.empty() ? "Study" : title},
+                 {"folder", r.folder},
+                 {"facts", overview(r)},
+                 {"warnings", ordered_json::array()},
+                 {"sections", ordered_json::array({inputs_of(r)})},
+                 {"charts", ordered_json::array()},
+                 {"pictures_folder", in_folder(r.folder, "pictures")},
+                 {"outcomes", ordered_json::array()},
+                 {"origin", origin(r)},
+                 {"scenario", scenario(r)}};
+  for (const ordered_json& warning : r.about.at("warnings")) j["warnings"].push_back(warning.get<std::string>());
+  ordered_json& charts = j["charts"];
+  j["sections"].push_back(r.by_point() && !r.factors.empty() ? by_point(r, charts) : over_all(r, charts));
+  if (r.sobol && !r.sobol->rows.empty()) j["sections"].push_back(sobol(r, charts));
+  if (r.failed > 0) j["sections"].push_back(failed_runs(r));
+  for (ordered_json& c : charts) {
+    if (c["rows"].size() <= kChartRowsMax) continue;
+    c["note"] = fmt::format("{} rows: too many for a chart; summary.csv has them.", c["rows"].size());
+    c["rows"] = ordered_json::array();
+  }
+  for (const Number& outcome : r.outcomes) j["outcomes"].push_back({{"name", outcome.name}, {"title", outcome.title}});
+  return j;
 }
 
 }  // namespace
 
-std::string to_html(const std::string& folder) {
+std::string report_document(const std::string& folder) {
   const Results r = read_results(folder);
   try {
-    return checked_json(in(folder, "about.json"), kWrites, [&] {
-      const std::string given = field(r.study, "title"), title = given.empty() ? "Study" : given;
-      return html::page(title, "<h1>" + html::escape(title) + "</h1>\n" + overview(r) + warnings(r) + inputs_of(r) +
-                                   medians(r) + sobol_table(r) + failed_table(r) + pictures(r) + origin(r) +
-                                   scenario(r));
-    });
+    return checked_json(in_folder(folder, "about.json"), kResultsWriter,
+                        [&] { return document(r).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace); });
   } catch (const std::out_of_range&) {
-    wrong_json(in(folder, "summary.csv"), kWrites, "more rows than the study has outcomes");
+    wrong_json(in_folder(folder, "summary.csv"), kResultsWriter, "more rows than the study has outcomes");
   }
 }
 

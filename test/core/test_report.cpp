@@ -1,5 +1,8 @@
-// The page that `derail report` writes: whole, true to the tables, closed in itself, and safe against what users type.
+// What `derail report` shows: true to the tables, and refused if they were changed. test_report_page.py looks at the
+// page.
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -11,11 +14,14 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "folder.hpp"
+#include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/simulation/simulation.hpp"
 #include "train_derail/study/journal.hpp"
+#include "train_derail/study/members.hpp"
 #include "train_derail/study/report.hpp"
 #include "train_derail/study/runner.hpp"
 #include "train_derail/study/statistics.hpp"
@@ -26,32 +32,21 @@ namespace train_derail {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
-std::size_t count(const std::string& text, const std::string& what) {
-  std::size_t n = 0;
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + what.size())) ++n;
-  return n;
+/// The section of a document that has this name; null if there is none.
+ordered_json section(const ordered_json& document, const std::string& name) {
+  for (const ordered_json& s : document.at("sections")) {
+    if (s.at("name") == name) return s;
+  }
+  return nullptr;
 }
 
-/// What is wrong with a page as XML, as far as tags go: every one closed, in order, attributes in quotes.
-std::string flaw(const std::string& page) {
-  std::vector<std::string> open;
-  std::size_t at = page.find("<html");
-  while ((at = page.find('<', at)) != std::string::npos) {
-    const std::size_t end = page.find('>', at);
-    if (end == std::string::npos) return "a tag without end";
-    const std::string tag = page.substr(at + 1, end - at - 1), name = tag.substr(0, tag.find_first_of(" /", 1));
-    if (tag.find('<') != std::string::npos || count(tag, "\"") % 2 != 0) return "inside of <" + tag + ">";
-    if (tag[0] == '/') {
-      if (open.empty()) return "<" + tag + "> closes nothing";
-      if ("/" + open.back() != tag) return "<" + tag + "> closes " + open.back();
-      open.pop_back();
-    } else if (tag.back() != '/') {
-      open.push_back(name);
-    }
-    at = end;
-  }
-  return open.empty() ? "" : "not closed: " + open.back();
+/// The texts of a row.
+std::vector<std::string> texts(const ordered_json& row) {
+  std::vector<std::string> all;
+  for (const ordered_json& cell : row) all.push_back(cell.at("text"));
+  return all;
 }
 
 class ReportTest : public test::Folder {
@@ -77,10 +72,10 @@ class ReportTest : public test::Folder {
     return s;
   }
   std::string results() const { return (folder_ / "results").string(); }
-  std::string page() const { return study::to_html(results()); }
+  ordered_json document() const { return ordered_json::parse(study::report_document(results())); }
   std::string error() const {
     try {
-      page();
+      document();
     } catch (const std::runtime_error& e) {
       return e.what();
     }
@@ -93,60 +88,9 @@ class ReportTest : public test::Folder {
       "perturbation: {spacing: 3 mm}\noutcomes: [cars_past_pod, coupler_force_peak]\n";
 };
 
-TEST_F(ReportTest, IsClosedInItself) {
-  finish(kStudy);
-  write("results/pictures/tornado_coupler_force_peak.svg",
-        "<svg xmlns=\"http://www.w3.org/2000/svg\"><title>Force &amp; &lt;i&gt;</title></svg>");
-  write("results/pictures/tornado_coupler_force_peak.png", "not this one: there is an SVG");
-  write("results/pictures/own.png", "fooba");
-  const std::string html = page();
-  EXPECT_EQ(flaw(html), "");
-  EXPECT_EQ(html.compare(0, 15, "<!DOCTYPE html>"), 0);
-  EXPECT_EQ(count(html, "<img "), 2u);
-  EXPECT_EQ(count(html, "src="), count(html, "src=\"data:image/"));
-  for (const char* loads : {"http://", "https://", "href=", "<link", "@import", "url(", "<script", "<iframe"}) {
-    EXPECT_EQ(count(html, loads), 0u) << loads;
-  }
-  EXPECT_EQ(count(html, "src=\"data:image/png;base64,Zm9vYmE=\""), 1u);
-  EXPECT_EQ(count(html, "<figcaption>Force &amp; &lt;i&gt;</figcaption>"), 1u) << "the title of the SVG";
-  EXPECT_LT(html.find("<figcaption>own<"), html.find("<h3>peak coupler force</h3>"));
-  EXPECT_LT(html.find("<h3>peak coupler force</h3>"), html.find("<figcaption>Force"));
-}
-
-TEST_F(ReportTest, PicturesAreEncodedWhole) {
-  finish(kStudy);
-  const std::pair<const char*, const char*> vectors[]{// RFC 4648
-                                                      {"f", "Zg=="},          {"fo", "Zm8="},
-                                                      {"foo", "Zm9v"},        {"foob", "Zm9vYg=="},
-                                                      {"foobar", "Zm9vYmFy"}, {"\xff\xfe", "//4="}};
-  for (const auto& [bytes, encoded] : vectors) {
-    write("results/pictures/p.png", bytes);
-    EXPECT_NE(page().find(fmt::format("base64,{}\"", encoded)), std::string::npos) << encoded;
-  }
-}
-
-TEST_F(ReportTest, WhatUsersTypeStaysText) {
-  finish(kStudy);
-  const std::string html = page();
-  EXPECT_EQ(flaw(html), "");
-  EXPECT_EQ(count(html, "&lt;script&gt;alert('x')&lt;/script&gt; &amp; &quot;more&quot;"), 2u) << "title and heading";
-  EXPECT_GE(count(html, "&lt;b&gt;speed&lt;/b&gt;"), 3u);
-  EXPECT_GE(count(html, "a &lt; b"), 2u);
-  EXPECT_EQ(count(html, "<b>"), 0u);
-}
-
-TEST_F(ReportTest, BytesThatAreNoTextAreReplaced) {
-  finish(kStudy);
-  write("results/pictures/p.svg",
-        "<svg><title>a\x01"
-        "b\xff"
-        "c\xe2\x82</title></svg>");
-  EXPECT_NE(page().find("<figcaption>a\uFFFDb\uFFFDc\uFFFD\uFFFD</figcaption>"), std::string::npos);
-}
-
 TEST_F(ReportTest, NumbersAreThoseOfTheRunsInUnitsThatPeopleRead) {
   const study::Study s = finish(kStudy);
-  const std::string html = page();
+  const ordered_json j = document(), outcomes = section(j, "outcomes");
   std::vector<double> peaks;
   for (int i = 0; i < 3; ++i) {
     simulation::Simulation run(study::scenario_of(s, study::points(s)[0], study::run_of(s, i)));
@@ -155,50 +99,125 @@ TEST_F(ReportTest, NumbersAreThoseOfTheRunsInUnitsThatPeopleRead) {
   }
   const study::Spread spread = study::spread(peaks);
   const std::string nbsp = "\u00A0";
-  EXPECT_NE(html.find(fmt::format("{:.4g} ({:.4g}{}to{}{:.4g})", spread.median, spread.q05, nbsp, nbsp, spread.q95)),
-            std::string::npos);
-  EXPECT_NE(html.find("peak coupler force (kip)"), std::string::npos);
-  EXPECT_NE(html.find("30" + nbsp + "mph</td><td class=\"n\">+50" + nbsp +
-                      "%</td><td class=\"n\">3</td><td class=\"n\">0</td>"),
-            std::string::npos);
-  EXPECT_NE(html.find("<td>9, of which failed: 0</td>"), std::string::npos);
-  EXPECT_NE(html.find("<tr><th>initial.speed</th><td>8.9408</td></tr>"), std::string::npos);
+  EXPECT_EQ(outcomes.at("columns").at(6).at("title"), "peak coupler force (kip)");
+  const ordered_json& cell = outcomes.at("rows").at(0).at(6);
+  EXPECT_EQ(cell.at("text"),
+            fmt::format("{:.4g} ({:.4g}{}to{}{:.4g})", spread.median, spread.q05, nbsp, nbsp, spread.q95));
+  EXPECT_NEAR(cell.at("value").get<double>(), spread.median, 1e-12 * spread.median);
+  const std::vector<std::string> faster = texts(outcomes.at("rows").at(2));
+  EXPECT_EQ(std::vector<std::string>(faster.begin(), faster.begin() + 5),
+            (std::vector<std::string>{"<b>speed</b>", "30" + nbsp + "mph", "+50" + nbsp + "%", "3", "0"}));
+  EXPECT_EQ(outcomes.at("rows").at(2).at(1).at("value"), 30.0) << "sorted by the number in the unit that is shown";
+  EXPECT_EQ(j.at("facts").at(1).at(1), "9, of which failed: 0");
+
+  const ordered_json& chart = j.at("charts").at(1);
+  EXPECT_EQ(chart.at("name"), "coupler_force_peak");
+  EXPECT_EQ(chart.at("axis"), "peak coupler force (kip)");
+  ASSERT_EQ(chart.at("rows").size(), 3U);
+  EXPECT_EQ(chart.at("rows").at(2).at("label"), "<b>speed</b> 30" + nbsp + "mph");
+  const auto near = [&](const ordered_json& number, double expected) {
+    EXPECT_NEAR(number.get<double>(), expected, 1e-12 * expected);
+  };
+  near(chart.at("reference"), spread.median);
+  near(chart.at("rows").at(0).at("low"), spread.q05);
+  near(chart.at("rows").at(0).at("dot"), spread.median);
+  near(chart.at("rows").at(0).at("box").at(1), spread.q75);
 }
 
 TEST_F(ReportTest, FailedRunsStandWithTheirReason) {
   finish(
       "factors:\n  - {key: solver.steps_max, values: [20]}\nreplicates: 2\nperturbation: {spacing: 3 mm}\noutcomes: "
       "[stop_time]\n");
-  const std::string html = page();
-  EXPECT_EQ(flaw(html), "");
-  EXPECT_NE(html.find("<h2>Failed runs</h2>"), std::string::npos);
-  EXPECT_EQ(count(html, "solver.steps_max = 20"), 2u);
-  EXPECT_EQ(count(html, "nan"), 0u) << "no median where no run is left";
+  const ordered_json j = document(), failed = section(j, "failed");
+  ASSERT_EQ(failed.at("rows").size(), 2U);
+  for (const ordered_json& row : failed.at("rows"))
+    EXPECT_NE(texts(row).back().find("solver.steps_max = 20"), std::string::npos);
+  const ordered_json none_left = section(j, "outcomes").at("rows").at(1).back();
+  EXPECT_EQ(none_left.at("text"), "\u2013 (\u2013\u00A0to\u00A0\u2013)");
+  EXPECT_TRUE(none_left.at("value").is_null());
+  EXPECT_EQ(j.dump().find("nan"), std::string::npos);
+  EXPECT_EQ(j.at("charts").at(0).at("rows").size(), 1U) << "nothing is drawn of a point without runs";
 }
 
-TEST_F(ReportTest, SaysHowToMakePictures) {
-  finish(kStudy);
-  EXPECT_NE(page().find("rosrun train_derail plot_study.py " + results()), std::string::npos);
-  EXPECT_EQ(count(page(), "<img"), 0u);
+TEST_F(ReportTest, HistogramsHoldEveryRunOnce) {
+  finish(
+      "factors: []\nreplicates: 12\nperturbation: {spacing: 30 mm}\noutcomes: [cars_past_pod, coupler_force_peak]\n");
+  const ordered_json j = document();
+  ASSERT_EQ(j.at("charts").size(), 2U);
+  for (const ordered_json& chart : j.at("charts")) {
+    EXPECT_EQ(chart.at("kind"), "histogram");
+    std::int64_t all = 0;
+    double end = chart.at("rows").front().at("low");
+    for (const ordered_json& bar : chart.at("rows")) {
+      all += bar.at("count").get<std::int64_t>();
+      EXPECT_NEAR(bar.at("low").get<double>(), end, 1e-9 * std::abs(end));
+      end = bar.at("high");
+    }
+    EXPECT_EQ(all, 12);
+    EXPECT_GT(chart.at("rows").front().at("count").get<int>(), 0);
+    EXPECT_GT(chart.at("rows").back().at("count").get<int>(), 0);
+  }
+  const ordered_json bar = j.at("charts").at(0).at("rows").at(0);
+  EXPECT_EQ(bar.at("high").get<double>() - bar.at("low").get<double>(), 1.0) << "of whole cars";
+  EXPECT_NE(section(j, "inputs").at("note").get<std::string>().find("None varies"), std::string::npos);
 }
 
 TEST_F(ReportTest, EveryPlanHasItsTables) {
   finish(
       "plan: grid\nfactors:\n  - {key: initial.speed, values: [10 mph, 20 mph]}\n"
       "  - {key: ground.on_track_law, values: [isotropic, guided]}\noutcomes: [stop_time]\n");
-  EXPECT_EQ(flaw(page()), "");
-  EXPECT_EQ(count(page(), "<td class=\"n\">guided</td>"), 2u);
+  EXPECT_EQ(section(document(), "outcomes").at("rows").at(1).at(1).at("text"), "guided");
+  EXPECT_EQ(document().at("charts").at(0).at("rows").at(3).at("label"), "20\u00A0mph, guided");
   fs::remove_all(results());
   finish(
       "plan: saltelli\nsamples: 4\nfactors:\n  - {key: initial.speed, low: 10 mph, high: 20 mph}\n"
       "  - {key: initial.yaw_rate, low: 0.1, high: 0.3}\noutcomes: [coupler_force_peak, stop_time]\n");
-  const std::string html = page();
-  EXPECT_EQ(flaw(html), "");
-  EXPECT_NE(html.find("<h2>Sobol indices</h2>"), std::string::npos);
-  EXPECT_EQ(count(html, "<td>initial.yaw_rate</td>"), 4u) << "title and key of the input, an index an outcome";
-  EXPECT_NE(html.find("uniform: 10\u00A0mph\u00A0to\u00A0"
-                      "20\u00A0mph"),
-            std::string::npos);
+  const ordered_json j = document();
+  EXPECT_EQ(section(j, "sobol").at("rows").size(), 4U) << "an index an outcome and input";
+  EXPECT_EQ(section(j, "inputs").at("rows").at(0).at(3).at("text"),
+            "uniform: 10\u00A0mph\u00A0to\u00A0"
+            "20\u00A0mph");
+  ASSERT_EQ(j.at("charts").size(), 4U) << "a histogram and the indices of each outcome";
+  EXPECT_EQ(j.at("charts").at(3).at("rows").size(), 4U);
+}
+
+TEST_F(ReportTest, MembersAreTheRunsAtTheQuantiles) {
+  const study::Study s = finish(
+      "factors: []\nreplicates: 21\nperturbation: {spacing: 30 mm}\noutcomes: [stop_time, coupler_force_peak]\n");
+  std::vector<std::pair<double, std::int64_t>> peaks;
+  for (std::int64_t i = 0; i < 21; ++i) {
+    simulation::Simulation run(study::scenario_of(s, study::points(s)[0], study::run_of(s, i)));
+    run.run();
+    peaks.emplace_back(run.outcome().coupler_force_peak(), i);
+  }
+  std::sort(peaks.begin(), peaks.end());
+  const study::Members members = study::typical_members(results(), {"coupler_force_peak", {}});
+  ASSERT_EQ(members.members.size(), 3U);
+  const std::size_t ranks[] = {1, 10, 19};
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(members.members[k].run, peaks[ranks[k]].second);
+    simulation::Simulation again(members.members[k].scenario);
+    again.run();
+    EXPECT_EQ(again.outcome().coupler_force_peak(), peaks[ranks[k]].first) << "the same run, bit for bit";
+    study::require_same(members, members.members[k], again.outcome());
+    EXPECT_THROW(study::require_same(members, members.members[(k + 1) % 3], again.outcome()), std::runtime_error);
+  }
+  EXPECT_NE(members.chosen.find("Out of 21 runs: those nearest to the 5 %, 50 % and 95 % quantile"), std::string::npos)
+      << members.chosen;
+}
+
+TEST_F(ReportTest, MembersOfAPointHaveItsInputs) {
+  finish(kStudy);
+  for (const auto& [point, speed] : {std::pair(0, 20.0), std::pair(1, 10.0), std::pair(2, 30.0)}) {
+    const study::Members members = study::typical_members(results(), {{}, point});
+    ASSERT_EQ(members.members.size(), 3U);
+    for (const study::Member& m : members.members) {
+      EXPECT_NEAR(m.scenario.initial.speed, speed * inputs::kMph, 1e-12);
+      EXPECT_EQ(m.run / 3, point);
+    }
+  }
+  EXPECT_THROW(study::typical_members(results(), {{}, 7}), inputs::InputError);
+  EXPECT_THROW(study::typical_members(results(), {"no_such_outcome", {}}), inputs::InputError);
 }
 
 TEST_F(ReportTest, WhatIsMissingIsNamed) {
@@ -257,11 +276,8 @@ TEST_F(ReportTest, OfAnEnsembleAndItsWarnings) {
         "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\ninitial: {speed: 0, yaw_rate: 0}\nstop: "
         "{time_max: 2 s}\n");
   finish("factors: []\nreplicates: 3\nperturbation: {spacing: 3 mm}\noutcomes: [stop_time]\n");
-  const std::string html = page();
-  EXPECT_EQ(flaw(html), "");
-  EXPECT_NE(html.find("None varies"), std::string::npos);
-  EXPECT_NE(html.find("<h2>Warnings</h2>"), std::string::npos) << "a train that stands: all runs are the same";
-  EXPECT_NE(html.find("all runs are equal"), std::string::npos);
+  const ordered_json warnings = document().at("warnings");
+  EXPECT_NE(warnings.dump().find("all runs are equal"), std::string::npos) << "of a train that stands: " << warnings;
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fs::copy(results.written, folder);
   const auto refusable = [](auto call) { fuzz::may_refuse<std::runtime_error>(call); };
   fuzz::write(folder / files[data[0] % 5], fuzz::text_of(data + 1, size - 1));
-  refusable([&] { study::to_html(folder.string()); });
+  refusable([&] { study::report_document(folder.string()); });
   refusable([&] { study::claim_folder(folder.string(), study::to_json(results.study)); });
   refusable([&] { study::to_table(folder.string(), results.study); });
   refusable([&] {
@@ -51,6 +51,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   });
   refusable([&] { study::gather(folder.string(), {results.written.string()}, results.study); });
   refusable([&] { study::write_results(folder.string(), results.study, 0.0); });
-  refusable([&] { study::to_html(folder.string()); });
+  refusable([&] { study::report_document(folder.string()); });
   return 0;
 }

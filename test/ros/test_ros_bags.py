@@ -1,17 +1,22 @@
 #!/usr/bin/python3
 """Bags: recorded by sim.launch, written by derail without a master, replayed; real rosbag tools on all of them."""
 
+import base64
 import fcntl
 import io
+import json
 import os
+import re
 import resource
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
 import xmlrpc.client
+import zlib
 
 import rosbag
 import roslib.packages
@@ -196,6 +201,90 @@ class BagTest(unittest.TestCase):
         buffer = io.BytesIO()
         message.serialize(buffer)
         return buffer.getvalue()
+
+    @staticmethod
+    def runs_of(page):
+        """What a page replays: of each run its description and its numbers."""
+        with open(page, encoding='utf-8') as file:
+            packed = re.findall(r'<script type="text/plain" class="run">([^<]*)</script>', file.read())
+        runs = []
+        for text in packed:
+            raw = zlib.decompress(base64.b64decode(text))
+            size = struct.unpack_from('<I', raw)[0]
+            runs.append((json.loads(raw[4:4 + size]), raw[4 + size:]))
+        return runs
+
+    def replay(self, bag, page, *options):
+        # Whoever makes a page of a bag needs no master.
+        return subprocess.run([program('derail'), 'replay', bag, '--html', self.path(page), '--force', *options], text=True,
+                              capture_output=True, timeout=LIMIT, check=False,
+                              env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
+
+    def test_a_page_of_a_bag_is_that_of_the_run(self):
+        scenario = os.path.join(rospkg.RosPack().get_path('train_derail'), 'config/accident.yaml')
+        changes = ('consist[1].count=21', 'initial.cars_ahead=4', 'stop.time_max=15', 'output.interval=0.1')
+        page, bag = self.path('page.html'), self.path('page.bag')
+        for target in (('--html', page), ('--bag', bag)):
+            subprocess.run([program('derail'), 'run', scenario, *('--set=' + c for c in changes), '--quiet', *target],
+                           check=True, timeout=LIMIT)
+        self.record('page_node.bag', scenario, changes)
+        (run, numbers), = self.runs_of(page)
+        self.assertGreater(len(run['events']), 10)
+        known = [row for row in run['outcome'] if row['name'] != 'wall_time']  # ~outcome does not tell how long it took
+        for name in ('page.bag', 'page_node.bag'):  # the node's own recording too
+            said = self.replay(self.path(name), 'again.html')
+            self.assertEqual(said.returncode, 0, said.stderr)
+            (again, same), = self.runs_of(self.path('again.html'))
+            self.assertEqual(same, numbers, 'places and forces, to the last bit of what a page holds')
+            self.assertEqual(again.pop('caption'), 'run 1')
+            self.assertEqual(again, {**{k: v for k, v in run.items() if k != 'caption'}, 'outcome': known})
+            self.assertGreater(len(again['touches']), 3)
+
+    def test_runs_of_a_bag_stand_side_by_side(self):
+        """Two runs of one node and one of another, as `rosbag record` keeps them."""
+        both, other = self.path('both.bag'), self.path('other_run.bag')
+        subprocess.run([program('derail'), 'run', self.scenario, '--quiet', '--set', 'initial.speed=3', '--bag', other],
+                       check=True, timeout=LIMIT)
+        with rosbag.Bag(both, 'w') as out:
+            for source, node, number in ((self.bag, '/train_derail', 1), (other, '/train_derail', 2), (other, '/second', 1)):
+                with rosbag.Bag(source) as bag:
+                    for topic, message, stamp in bag.read_messages():
+                        if hasattr(message, 'run_id'):
+                            message.run_id = number
+                        out.write(topic.replace('/train_derail', node), message, stamp)
+        said = self.replay(both, 'both.html')
+        self.assertEqual(said.returncode, 0, said.stderr)
+        runs = self.runs_of(self.path('both.html'))
+        self.assertEqual([run['caption'] for run, _ in runs], ['/second, run 1', '/train_derail, run 1', '/train_derail, run 2'])
+        self.assertEqual(runs[0][1], runs[2][1])
+        self.assertNotEqual(runs[0][1], runs[1][1])
+        self.assertEqual(self.replay(both, 'second.html', '--run', '2').returncode, 0)
+        self.assertEqual([n for _, n in self.runs_of(self.path('second.html'))], [runs[2][1]])
+
+    def test_a_page_says_what_is_wrong_with_a_bag(self):
+        with open(self.bag, 'rb') as file:
+            whole = file.read()
+        files = {'no.bag': b'not a bag', 'cut.bag': whole[:len(whole) // 2], 'empty.bag': b''}
+        for name, content in files.items():
+            with open(self.path('wrong_' + name), 'wb') as file:
+                file.write(content)
+        with rosbag.Bag(self.path('wrong_other.bag'), 'w') as other:
+            other.write('/clock', Clock(), rospy.Time(1))
+        for name, left_out in (('wrong_inputs.bag', '/train_derail/inputs'), ('wrong_cars.bag', '/train_derail/cars')):
+            with rosbag.Bag(self.path(name), 'w') as out, rosbag.Bag(self.bag) as bag:
+                for topic, message, stamp in bag.read_messages():
+                    if topic != left_out:
+                        out.write(topic, message, stamp)
+        for name, options, words in (('missing.bag', (), 'missing.bag'), ('wrong_no.bag', (), 'not a bag'),
+                                     ('wrong_cut.bag', (), 'not a bag that can be read'),
+                                     ('wrong_empty.bag', (), 'not a bag'), ('wrong_other.bag', (), 'holds no run of train_derail'),
+                                     ('wrong_inputs.bag', (), 'no ~inputs'), ('wrong_cars.bag', (), '/train_derail/cars'),
+                                     ('offline.bag', ('--run', '7'), 'no run 7; there are: 1'),
+                                     ('offline.bag', ('--point', '1'), '--point')):
+            said = self.replay(self.path(name), 'wrong.html', *options)
+            self.assertEqual(said.returncode, 2, (name, said.stderr))
+            self.assertIn(words, said.stderr, name)
+            self.assertFalse(os.path.exists(self.path('wrong.html')), name)
 
     def test_an_interrupt_closes_the_bag_whole(self):
         process = self.launch('sim.launch', 'config:=' + self.scenario, 'rate:=0.2', 'record:=true', 'bag:=cut.bag')

@@ -10,12 +10,23 @@
 
 namespace train_derail::ros_face {
 
+/// Which run of a bag.
+struct RunInBag {
+  std::string node;      ///< full name of the node that sent it, "/train_derail"
+  std::uint32_t run_id;  ///< counts the runs of this node from 1
+};
+/// Returns the runs that a bag tells the inputs of, by node and number. Throws inputs::InputError if
+/// it cannot be read or holds no run of train_derail.
+std::vector<RunInBag> runs_in_bag(const std::string& path);
+
 /// One run of a bag, read whole into memory. It is advanced as a simulation is.
 class Recording final : public RunView {
  public:
-  /// Reads the run with the number `run_id`; 0: the last one of the bag. Throws std::runtime_error, which names the
-  /// file, if it cannot be read, holds no run of train_derail, or not this one.
+  /// Reads the run with the number `run_id` of the first node that has one; 0: the last one of the bag. Throws
+  /// inputs::InputError if it cannot be read, holds no run of train_derail, or not this one.
   Recording(const std::string& path, std::uint32_t run_id);
+  /// Reads a run of runs_in_bag().
+  Recording(const std::string& path, const RunInBag& run);
 
   /// Goes on to the last recorded moment that is not later than `t` [s]; back, if `t` is earlier.
   void advance(double t);
@@ -23,6 +34,8 @@ class Recording final : public RunView {
   const simulation::Snapshot& at(double t) const { return moments_[index(t)]; }
   /// Returns what the run had yielded by `t` [s].
   outcome::Outcome outcome_at(double t) const;
+  /// Returns all moments, in the order of time; at least one.
+  const std::vector<simulation::Snapshot>& moments() const { return moments_; }
   /// Returns the time of the last moment [s].
   double until() const { return moments_.back().time; }
 

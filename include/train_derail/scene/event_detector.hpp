@@ -62,6 +62,8 @@ class EventDetector {
   /// Returns what has happened since the last call. `incidents` are those of the same run so far; they only grow.
   std::vector<Occurrence> observe(const simulation::Snapshot& now, const outcome::Outcome& outcome,
                                   const model::Incidents& incidents);
+  /// The same of a simulation, where nobody else asks for its outcome at this moment: that would cost more.
+  std::vector<Occurrence> observe(const simulation::Snapshot& now, const simulation::Simulation& simulation);
 
  private:
   struct Peak {

@@ -16,6 +16,12 @@ namespace train_derail::scene {
 /// Most numbers of one kind that a Replay keeps, cars times moments. A longer run is thinned: every second moment goes.
 inline constexpr std::size_t kReplayValuesMax = 250'000;
 
+/// What a run is called.
+struct ReplayNames {
+  std::string title;    ///< stands for a scenario without a title
+  std::string caption;  ///< one of several runs in a page, "run 2"; may be empty if there is one run
+};
+
 /// Keeps a run, moment by moment, as whole numbers of small steps. Memory does not grow beyond kReplayValuesMax
 /// numbers of each kind, however long the run is and however many cars it has.
 class Replay {
@@ -26,12 +32,12 @@ class Replay {
   /// Adds a moment, later than all before, and what has happened since the last one.
   void add(const simulation::Snapshot& now, const std::vector<Occurrence>& events);
 
-  /// Returns the document of the run: one object of JSON with `title`, `inputs` (YAML), `outcome` (rows of the table),
+  /// Returns the document of the run: one object of JSON with `title`, `caption`, `inputs` (YAML), `outcome` (rows of the table),
   /// `fields` (names, units, titles, meanings of what is in `channels`), `cars`, `shapes` and `track` (triangles),
   /// `looks`, `lies`, `forces`, `lines`, `marks`, `event_colours` (colours and sizes), `times` [s], `channels` (whole
   /// numbers of `step` for each moment and car or coupler; for each car its Look, then its Lie; for each moment the
-  /// Heap), `events`, `touches`. `title` stands for a scenario without one.
-  std::string document(const std::string& title, const outcome::Outcome& outcome,
+  /// Heap), `events`, `touches`.
+  std::string document(const ReplayNames& names, const outcome::Outcome& outcome,
                        const std::vector<outcome::FirstTouch>& touches) const;
 
  private:
@@ -47,5 +53,13 @@ class Replay {
   bool pending_ = false;                             // last_ is not kept yet
   std::vector<Occurrence> events_;
 };
+
+/// What a page says above its runs.
+struct ReplayPage {
+  std::string title;               ///< of several runs
+  std::vector<std::string> notes;  ///< paragraphs: what the runs are, how they were chosen
+};
+/// Returns what the template `replay` takes: the documents of one run or of several, in their order.
+std::string page_document(const ReplayPage& page, const std::vector<std::string>& runs);
 
 }  // namespace train_derail::scene

@@ -44,6 +44,9 @@ void write_csv_header(std::ostream& out, const TableChoice& choice = {});
 /// Writes one moment; columns of the coupler are empty for the last car.
 void write_csv_rows(std::ostream& out, const Snapshot& snapshot, const TableChoice& choice = {});
 
+/// Gives `now` those largest forces of `before`, the moment before it, that are larger than its own: the peaks of both.
+void keep_peaks(const Snapshot& before, Snapshot& now);
+
 /// Keeps every n-th state of the output grid, and the first and the last one. What it keeps is what a table of all
 /// states has, but for the peaks: they are those of all states since the one that was kept before.
 class ThinnedStates {
