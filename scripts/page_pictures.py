@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Makes docs/pictures/replay_page.png anew: the page of config/accident.yaml in Debian's chromium.
+"""Makes docs/pictures/replay_page.png and report_page.png anew, in Debian's chromium: the page of config/accident.yaml, and the
+report of config/studies/paper_sensitivity.yaml.
 
   page_pictures.py path/to/derail [FOLDER]
 """
@@ -12,6 +13,8 @@ import tempfile
 HERE = os.path.dirname(os.path.realpath(__file__))
 sys.path.insert(0, os.path.join(HERE, '..', 'test', 'scripts'))
 
+from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
+
 from browser_testing import open_browser, open_page, wait  # noqa: E402
 
 
@@ -20,11 +23,19 @@ def main(program, folder=os.path.join(HERE, '..', 'docs', 'pictures')):
         page = os.path.join(work, 'replay.html')
         scenario = os.path.join(HERE, '..', 'config', 'accident.yaml')
         subprocess.run([program, 'run', scenario, '--html', page, '--quiet'], check=True)
+        study, results = os.path.join(HERE, '..', 'config', 'studies', 'paper_sensitivity.yaml'), os.path.join(work, 'results')
+        subprocess.run([program, 'study', study, '--out', results, '--quiet'], check=True)
+        subprocess.run([program, 'report', results, '--quiet'], check=True)
         browser = open_browser(os.path.join(work, 'profile'), 1280, 1020)
         try:
             open_page(browser, page)
             wait(browser, 'return replay.asleep')
             browser.save_screenshot(os.path.join(folder, 'replay_page.png'))
+            open_page(browser, os.path.join(results, 'report.html'))
+            chart = browser.find_element('css selector', 'figure.chart')
+            browser.execute_script('arguments[0].scrollIntoView()', chart)
+            ActionChains(browser).move_to_element(chart.find_elements('css selector', '.said .dot')[4]).perform()
+            browser.save_screenshot(os.path.join(folder, 'report_page.png'))
         finally:
             browser.quit()
 

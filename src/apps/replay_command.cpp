@@ -35,7 +35,8 @@ struct ReplayArguments {
 };
 
 /// Names the first option that is given but does not go with what is replayed.
-void refuse(const std::vector<std::pair<const char*, bool>>& options, const std::string& what, const std::string& with) {
+void refuse(const std::vector<std::pair<const char*, bool>>& options, const std::string& what,
+            const std::string& with) {
   for (const auto& [option, given] : options) {
     if (given) throw inputs::InputError("command line", option, "", "does not go with " + what, "with " + with);
   }
@@ -116,9 +117,10 @@ void add_replay_command(CLI::App& app, std::function<int()>& chosen) {
       ->check(CLI::Range(1, 1000000000));
   command->add_option("--outcome", a.choice.outcome,
                       "Of a study: what the runs are chosen by; default: the first outcome of the study");
-  command->add_option("--point", a.choice.point,
-                      "Of a study: the point whose runs are chosen from, a number in runs.csv; default: all points of a "
-                      "random plan, else the first one")
+  command
+      ->add_option("--point", a.choice.point,
+                   "Of a study: the point whose runs are chosen from, a number in runs.csv; default: all points of a "
+                   "random plan, else the first one")
       ->check(CLI::NonNegativeNumber);
   add_force(command, a.force);
   command->add_flag("--quiet", a.quiet, "No progress, and not the path of the page");

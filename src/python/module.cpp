@@ -83,7 +83,17 @@ class Scenario {
 class Simulation {
  public:
   explicit Simulation(const Scenario& scenario) : run_(scenario.get()) {}
+  /// Goes on from a file of save().
+  Simulation(const Scenario& scenario, const std::string& saved)
+      : run_(scenario.get(), simulation::read_checkpoint(saved)) {}
 
+  void save(const std::string& path, bool replace) const {
+    const simulation::Checkpoint checkpoint = idle().checkpoint();
+    files::OutputFile file(path, replace ? files::Existing::replace : files::Existing::refuse, nullptr,
+                           files::Compression::never);
+    simulation::write_checkpoint(checkpoint, file.stream());
+    file.commit();
+  }
   void run() {
     const Turn turn(*this);
     interruptibly([this](const std::atomic<bool>& stop) { run_.run(&stop); });
@@ -292,12 +302,21 @@ void add_scenario(py::module_& m) {
       },
       py::arg("yaml"), py::arg("source"), py::arg("changes"),
       "Reads a scenario from text; source: its name in errors.");
+  m.def(
+      "saved_scenario",
+      [](const std::string& path) {
+        const simulation::Checkpoint saved = simulation::read_checkpoint(path);
+        return Scenario::from_tree(inputs::load_text(saved.scenario, path), path, {});
+      },
+      py::arg("path"), "Returns the scenario of a run that was saved.");
   m.def("describe_keys", &inputs::describe_keys, "Returns the list of all keys, as `derail keys` prints it.");
 }
 
 void add_simulation(py::module_& m) {
   py::class_<Simulation>(m, "Simulation", "A run of a scenario. Threads that compute at a time need one each.")
       .def(py::init<const Scenario&>(), py::arg("scenario"))
+      .def(py::init<const Scenario&, const std::string&>(), py::arg("scenario"), py::arg("saved"))
+      .def("save", &Simulation::save, py::arg("path"), py::arg("replace"), "Saves the run, to go on from there.")
       .def("run", &Simulation::run, "Runs to the end.")
       .def("advance", &Simulation::advance, py::arg("t"), "Runs on to simulated time t [s], or to the end.")
       .def("step", &Simulation::step, "Runs on to the next point of the output grid, or to the end.")

@@ -75,7 +75,8 @@ struct Candidate {
   Row row;
 };
 
-std::vector<Candidate> candidates(const Results& r, const std::string& outcome, const std::optional<std::string>& point) {
+std::vector<Candidate> candidates(const Results& r, const std::string& outcome,
+                                  const std::optional<std::string>& point) {
   files::CsvTable table(in_folder(r.folder, "runs.csv"));
   const std::size_t points = table.column("point"), ended = table.column("ended"), wanted = table.column(outcome);
   std::vector<Candidate> found;
@@ -97,7 +98,8 @@ std::string name_of_point(const Results& r, const std::string& point) {
 
 Members choose(const Results& r, const MemberChoice& choice) {
   if (r.study.at("engine") != to_string(EngineChoice::purpose_built))
-    throw InputError(r.folder, "", "", "was computed by the multibody engine, which makes no page", "a study of the model");
+    throw InputError(r.folder, "", "", "was computed by the multibody engine, which makes no page",
+                     "a study of the model");
   const Number& outcome = outcome_of(r, choice.outcome);
   std::optional<std::string> point;
   if (choice.point) point = fmt::format("{}", *choice.point);
@@ -118,15 +120,17 @@ Members choose(const Results& r, const MemberChoice& choice) {
   members.chosen = fmt::format(
       "Out of {} runs{}{}: those nearest to the 5 %, 50 % and 95 % quantile of \"{}\" ({}), computed again from their "
       "seeds.",
-      runs.size(), point && !r.factors.empty() ? " of " + name_of_point(r, *point) : "", r.failed > 0 ? " that did not fail" : "", outcome.title,
-      outcome.name);
+      runs.size(), point && !r.factors.empty() ? " of " + name_of_point(r, *point) : "",
+      r.failed > 0 ? " that did not fail" : "", outcome.title, outcome.name);
   files::CsvTable table(in_folder(r.folder, "runs.csv"));
   std::vector<std::size_t> inputs;
   for (const Number& factor : r.factors) inputs.push_back(table.column(factor.name));
   for (const Share& share : kShares) {
     const auto rank = static_cast<std::size_t>(std::llround(share.p * static_cast<double>(runs.size() - 1)));
     const Row& row = runs[rank].row;
-    const auto count = [&](const char* name) { return files::number<std::int64_t>(row[table.column(name)]).value_or(0); };
+    const auto count = [&](const char* name) {
+      return files::number<std::int64_t>(row[table.column(name)]).value_or(0);
+    };
     Member member{count("run"), "", row[table.column(outcome.name)], {}};
     if (!members.members.empty() && members.members.back().run == member.run) continue;
     member.caption = fmt::format("{}: {}, run {}", share.name, outcome.text(member.si), member.run);

@@ -27,7 +27,9 @@ constexpr const char* kSpace = "\u00A0";
 
 std::string digits(double value) { return std::isnan(value) ? "\u2013" : fmt::format("{:.4g}", value); }
 
-double Number::shown(const std::string& si) const { return files::number<double>(si).value_or(std::nan("")) / per_shown; }
+double Number::shown(const std::string& si) const {
+  return files::number<double>(si).value_or(std::nan("")) / per_shown;
+}
 std::string Number::number(const std::string& si) const { return digits(shown(si)); }
 std::string Number::text(const std::string& si) const {
   return !numeric ? si : shown_unit.empty() ? number(si) : number(si) + kSpace + shown_unit;

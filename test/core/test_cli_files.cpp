@@ -35,18 +35,6 @@ std::string content(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-class CliFiles : public test::Cli {
- protected:
-  void SetUp() override {
-    Cli::SetUp();
-    fs::copy_file(kBaseline, at("train.yaml"));
-  }
-  void put(const std::string& name, const std::string& text) const {
-    std::ofstream(at(name), std::ios::binary) << text;
-  }
-  std::ptrdiff_t count() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
-};
-
 /// A running `derail`; its standard error goes into a file.
 class Running {
  public:
@@ -86,6 +74,33 @@ class Running {
 
  private:
   pid_t pid_ = -1;
+};
+
+class CliFiles : public test::Cli {
+ protected:
+  void SetUp() override {
+    Cli::SetUp();
+    fs::copy_file(kBaseline, at("train.yaml"));
+  }
+  void put(const std::string& name, const std::string& text) const {
+    std::ofstream(at(name), std::ios::binary) << text;
+  }
+  std::ptrdiff_t count() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
+  /// Starts a run with these arguments, kills it once it has begun to write to the pipe `pipe`, and looks that nothing
+  /// is left of it after the next run in the folder.
+  void kill_in_the_middle(const std::vector<std::string>& arguments, const std::string& pipe) {
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const std::ptrdiff_t before = count();
+    const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    Running run(arguments, "/dev/null");
+    pollfd ready{reader, POLLIN, 0};
+    ASSERT_EQ(poll(&ready, 1, 60000), 1);
+    run.signal(SIGKILL);
+    EXPECT_EQ(run.code(), 128 + SIGKILL);
+    close(reader);
+    EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --json " + at("next.json")).code, 0);
+    EXPECT_EQ(count(), before + 1);
+  }
 };
 
 TEST_F(CliFiles, WhatExistsIsWrittenOverOnlyByForce) {
@@ -382,20 +397,10 @@ TEST_F(CliFiles, ACompressedTableIsTheSameTable) {
 
 TEST_F(CliFiles, KilledARunLeavesNoHalfCompressedTable) {
   const std::string pipe = at("states");
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  const std::ptrdiff_t before = count();
-  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   // The checkpoint, which the pipe holds up, comes when there are rows.
-  Running run({"run", kBaseline, "--set", "solver.method=semi_implicit", "--set", "solver.fixed_step=2e-4", "--csv",
-               at("a.csv.gz"), "--checkpoint", pipe, "--checkpoint-time", "0.1 s"},
-              "/dev/null");
-  pollfd ready{reader, POLLIN, 0};
-  ASSERT_EQ(poll(&ready, 1, 60000), 1);
-  run.signal(SIGKILL);
-  EXPECT_EQ(run.code(), 128 + SIGKILL);
-  close(reader);
-  EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --json " + at("next.json")).code, 0);
-  EXPECT_EQ(count(), before + 1);
+  kill_in_the_middle({"run", kBaseline, "--set", "solver.method=semi_implicit", "--set", "solver.fixed_step=2e-4",
+                      "--csv", at("a.csv.gz"), "--checkpoint", pipe, "--checkpoint-time", "0.1 s"},
+                     pipe);
 }
 #endif
 
@@ -450,17 +455,7 @@ TEST_F(CliFiles, APipeThatNobodyReadsOnDoesNotHoldUpTheEnd) {
 
 TEST_F(CliFiles, KilledARunLeavesNothing) {
   const std::string pipe = at("states");
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  const std::ptrdiff_t before = count();
-  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  Running run({"run", kBaseline, "--csv", pipe, "--json", at("o.json"), "--incidents", at("i.csv")}, "/dev/null");
-  pollfd ready{reader, POLLIN, 0};
-  ASSERT_EQ(poll(&ready, 1, 60000), 1);
-  run.signal(SIGKILL);
-  EXPECT_EQ(run.code(), 128 + SIGKILL);
-  close(reader);
-  EXPECT_EQ(derail("run " + at("train.yaml") + kShort + " --json " + at("next.json")).code, 0);
-  EXPECT_EQ(count(), before + 1);
+  kill_in_the_middle({"run", kBaseline, "--csv", pipe, "--json", at("o.json"), "--incidents", at("i.csv")}, pipe);
 }
 
 }  // namespace

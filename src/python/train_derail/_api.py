@@ -228,6 +228,22 @@ class Simulation:
         self.scenario: Scenario = _scenario(scenario, changes, short)  #: its inputs
         self._core = _core.Simulation(self.scenario._core)
 
+    @classmethod
+    def restored(cls, path: PathLike, changes: Changes = None, **short: Value) -> 'Simulation':
+        """Goes on from a file of ``save``, or of ``derail run --checkpoint``: bit for bit the same run, or with inputs
+        that are changed from there on, as by ``load``. Raises InputError."""
+        made = cls.__new__(cls)
+        made.scenario = Scenario(_core.saved_scenario(os.fspath(path)))
+        if changes or short:
+            made.scenario = made.scenario.changed(changes, **short)
+        made._core = _core.Simulation(made.scenario._core, os.fspath(path))
+        return made
+
+    def save(self, path: PathLike, replace: bool = False) -> None:
+        """Saves the run as it stands, whole or not at all, as ``derail run --checkpoint``. InputError unless
+        ``solver.method`` is ``semi_implicit``; FileExistsError: there is a file, and ``replace`` is false."""
+        self._core.save(os.fspath(path), replace)
+
     def advance(self, t: float) -> None:
         """Runs on to simulated time ``t`` [s], or to the end of the run if that comes first."""
         self._core.advance(t)
