@@ -258,7 +258,7 @@ class ThreadsTest(Case):
         other = threading.Thread(target=count)
         other.start()
         try:
-            train_derail.ensemble(BASELINE, 40, {'initial.perturbation.spacing': '1 cm', 'consist[0].count': 900}, jobs=1,
+            train_derail.ensemble(BASELINE, 12, {'initial.perturbation.spacing': '1 cm', 'consist[0].count': 900}, jobs=1,
                                   progress=lambda *_: states.append(counted[0]))
         finally:
             over.set()
@@ -309,9 +309,9 @@ class ThreadsTest(Case):
         said = []
 
         def interrupt(done, total):
-            if not said:
-                os.kill(os.getpid(), signal.SIGINT)
             said.append(done)
+            if len(said) == 1:
+                os.kill(os.getpid(), signal.SIGINT)
         with self.assertRaises(KeyboardInterrupt):
             train_derail.ensemble(ACCIDENT, 100000, {'stop.time_max': '5 s'}, jobs=1, progress=interrupt)
         self.assertLess(said[-1], 50000)
