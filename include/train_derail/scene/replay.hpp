@@ -32,11 +32,11 @@ class Replay {
   /// Adds a moment, later than all before, and what has happened since the last one.
   void add(const simulation::Snapshot& now, const std::vector<Occurrence>& events);
 
-  /// Returns the document of the run: one object of JSON with `title`, `caption`, `inputs` (YAML), `outcome` (rows of the table),
-  /// `fields` (names, units, titles, meanings of what is in `channels`), `cars`, `shapes` and `track` (triangles),
-  /// `looks`, `lies`, `forces`, `lines`, `marks`, `event_colours` (colours and sizes), `times` [s], `channels` (whole
-  /// numbers of `step` for each moment and car or coupler; for each car its Look, then its Lie; for each moment the
-  /// Heap), `events`, `touches`.
+  /// Returns the document of the run: one object of JSON with `title`, `caption`, `inputs` (YAML), `outcome` (rows of
+  /// the table), `fields` (names, units, titles, meanings of what is in `channels`), `cars`, `shapes` and `track`
+  /// (triangles), `looks`, `lies`, `forces`, `lines`, `marks`, `event_colours` (colours and sizes), `times` [s],
+  /// `channels` (whole numbers of `step` for each moment and car or coupler; for each car its Look, then its Lie; for
+  /// each moment the Heap), `events`, `touches`.
   std::string document(const ReplayNames& names, const outcome::Outcome& outcome,
                        const std::vector<outcome::FirstTouch>& touches) const;
 
