@@ -44,7 +44,8 @@ inputs::Scenario on_the_bank(int cars) {
   s.initial.perturbation = {};
   s.rails.derail_ratio = 1e3;
   s.rails.torn_length = 0.0;
-  s.coupler.break_draft = s.coupler.break_swing = s.coupler.vertical_hold = s.coupler.break_twist = kInfinity;
+  s.coupler.break_draft = s.coupler.break_swing = s.coupler.break_twist = kInfinity;
+  s.coupler.vertical_hold = kInfinity;
   s.coupler.draft_gear_travel = 0.02;  // soon used up
   s.terrain.bank_left = 3.0;
   return s;
