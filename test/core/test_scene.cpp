@@ -211,7 +211,7 @@ Recorded record(int cars, int moments, int peak) {
       now.couplers[i].buff_peak = k == peak ? 1e6 * static_cast<double>(i + 1) : 1e3;
     replay.add(now, {});
   }
-  Recorded r{nlohmann::json::parse(replay.document("title", {}, {})), train.size(), 0};
+  Recorded r{nlohmann::json::parse(replay.document({"title", ""}, {}, {})), train.size(), 0};
   r.moments = r.document["times"].size();
   return r;
 }

@@ -22,7 +22,7 @@ struct Car {
   double centre_height = 0.0;  ///< of the centre of mass above the rail [m]
   double floor_height = 0.0;   ///< of the underside of the body above the rail [m]
   double roof_height = 0.0;    ///< of its top [m]
-  std::string coupler_type;    ///< inputs::CarBlock::coupler_type
+  std::string coupler_type{};  ///< inputs::CarBlock::coupler_type
   bool cylinder = false;       ///< the body presses on the ground as a cylinder, not as a box
   double roll_inertia = 0.0;   ///< about the axis along the car through the centre of mass [kg m^2]
 
