@@ -75,7 +75,7 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   column->addWidget(make_node_row());
   presence_ = new QLabel(content);
   presence_->setObjectName("presence");
-  presence_->setWordWrap(true);
+  let_wrap(presence_);
   presence_->setTextFormat(Qt::PlainText);
   column->addWidget(presence_);
 
@@ -329,9 +329,11 @@ void SimulationPanel::refresh() {
 }
 
 /// A window that is too low scrolls; one that is too narrow would clip. The bar's place is kept whether it is there or
-/// not: it comes in between two looks.
+/// not: it comes in between two looks. Never more than half of the screen: what asks for more does so for a moment, as
+/// texts do that are to wrap, and the window, grown by it, would stay so.
 void SimulationPanel::keep_width() {
-  const int width = scroll_->widget()->minimumSizeHint().width() + scroll_->verticalScrollBar()->sizeHint().width();
+  const int wanted = scroll_->widget()->minimumSizeHint().width() + scroll_->verticalScrollBar()->sizeHint().width();
+  const int width = std::min(wanted, QGuiApplication::primaryScreen()->availableGeometry().width() / 2);
   if (scroll_->minimumWidth() != width) scroll_->setMinimumWidth(width);
 }
 

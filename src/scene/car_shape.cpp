@@ -82,7 +82,7 @@ void add_plain_box(CarShape& shape, const Hull& hull) {
 void add_tank(CarShape& shape, const Hull& hull) {
   const double f = hull.f, w = hull.w, floor = hull.floor, roof = hull.roof;
   const double shell = roof - 0.35;  // its top; the dome stands on it
-  constexpr int kSides = 12;         // the two lowest are left out
+  constexpr int kSides = 14;         // the two lowest are left out
   const double middle = 0.5 * (shell + floor), radius = 0.5 * (shell - floor);
   const double end = 0.92 * f, shoulder = end - std::min(0.7, 0.2 * f);
   // Marks lie on the top of the shell.

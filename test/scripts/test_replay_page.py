@@ -165,7 +165,7 @@ class ReplayPageTest(PlotTest):
             self.press(key)
             self.assertEqual(self.js('document.querySelector("[aria-pressed=true]").dataset.view'), view)
         self.press(Keys.END)
-        self.assertEqual(self.time(), self.js('replay.end'))
+        self.assertAlmostEqual(self.time(), self.js('replay.end'))
 
     def test_keys_belong_to_what_has_the_focus(self):
         self.press(Keys.HOME)
@@ -179,7 +179,7 @@ class ReplayPageTest(PlotTest):
         self.assertEqual(self.js('replay.picked'), 2)
         slider = self.browser.find_element(By.ID, 'time')
         slider.send_keys(Keys.END)  # its own: once
-        self.assertEqual(self.time(), self.js('replay.end'))
+        self.assertAlmostEqual(self.time(), self.js('replay.end'))
         slider.send_keys(Keys.HOME)
         self.assertEqual(self.time(), 0)
         slider.send_keys('a')  # none of its own
@@ -329,7 +329,7 @@ class ReplayPageTest(PlotTest):
         runs[0]['caption'], runs[1]['caption'] = 'median', other
         runs[1]['times'] = [0.5 * t for t in runs[1]['times']]
         page = self.path('several.html')
-        document = json.dumps({'version': '1.2.3', 'title': 'members of <b>a</b> study', 'runs': runs})
+        document = json.dumps({'version': '1.2.3', 'title': 'members of <b>a</b> study', 'notes': ['how they <i>were</i> chosen'], 'runs': runs})
         with open(page, 'wb') as file:
             subprocess.run([MAKE_PAGE, 'replay'], input=document.encode(), stdout=file, check=True)
         open_page(self.browser, page)
@@ -357,7 +357,7 @@ class ReplayPageTest(PlotTest):
         run['track']['north'] = [0.0, 1.0]  # the track leads to the east
         page = self.path('north.html')
         with open(page, 'wb') as file:
-            subprocess.run([MAKE_PAGE, 'replay'], input=json.dumps({'version': '1', 'runs': [run]}).encode(), stdout=file, check=True)
+            subprocess.run([MAKE_PAGE, 'replay'], input=json.dumps({'version': '1', 'title': '', 'notes': [], 'runs': [run]}).encode(), stdout=file, check=True)
         open_page(self.browser, page)
         self.press('a')  # from above, with the left of the track at the top
         wait(self.browser, 'return replay.asleep')
