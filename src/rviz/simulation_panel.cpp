@@ -329,11 +329,11 @@ void SimulationPanel::refresh() {
 }
 
 /// A window that is too low scrolls; one that is too narrow would clip. The bar's place is kept whether it is there or
-/// not: it comes in between two looks. Never more than half of the screen: what asks for more does so for a moment, as
-/// texts do that are to wrap, and the window, grown by it, would stay so.
+/// not: it comes in between two looks. Never more than 36 % of the screen, for the wreck needs the rest: what asks for
+/// more does so for a moment, as texts do that are to wrap, and the window, grown by it, would stay so.
 void SimulationPanel::keep_width() {
   const int wanted = scroll_->widget()->minimumSizeHint().width() + scroll_->verticalScrollBar()->sizeHint().width();
-  const int width = std::min(wanted, QGuiApplication::primaryScreen()->availableGeometry().width() / 2);
+  const int width = std::min(wanted, QGuiApplication::primaryScreen()->availableGeometry().width() * 9 / 25);
   if (scroll_->minimumWidth() != width) scroll_->setMinimumWidth(width);
 }
 
