@@ -334,7 +334,8 @@ void SimulationPanel::refresh() {
 void SimulationPanel::keep_width() {
   const int wanted = scroll_->widget()->minimumSizeHint().width() + scroll_->verticalScrollBar()->sizeHint().width();
   const int width = std::min(wanted, QGuiApplication::primaryScreen()->availableGeometry().width() * 9 / 25);
-  if (scroll_->minimumWidth() != width) scroll_->setMinimumWidth(width);
+  if (scroll_->minimumWidth() != width && width == wanted_width_) scroll_->setMinimumWidth(width);
+  wanted_width_ = width;
 }
 
 /// Unfolds the charts and all of the outcome where there is room for them, unless the user has said what he wants.

@@ -194,18 +194,6 @@ class RvizTest(unittest.TestCase):
         self.take_picture('rviz_gone', lambda p: 'something' if len(p.whole.getcolors(1 << 20)) > 1 else None)
         self.assertIsNone(launch.poll(), 'closing RViz must not end the run')
 
-        with open(os.path.join(self.package, 'rviz/train_derail.rviz'), encoding='utf-8') as f:
-            config = yaml.safe_load(f)
-        views = config['Visualization Manager']['Views']
-        views['Current'] = next(v for v in views['Saved'] if v['Name'] == 'pile-up from above')
-        with tempfile.NamedTemporaryFile('w', suffix='.rviz', encoding='utf-8') as f:
-            yaml.safe_dump(config, f)
-            f.flush()
-            above = self.start('rviz', '-d', f.name)
-            # It joins a run that stands still: everything it shows is latched.
-            self.take_picture('rviz_above', self.of_heap('orange'))
-            self.end(above)
-
     def test_a_heap_in_a_curve(self):
         _, step = self.launch('accidents/lac_megantic_2013.yaml')
 
