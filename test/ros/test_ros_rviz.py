@@ -24,6 +24,7 @@ LIMIT = 150.0  # wall seconds for anything
 SIZE = (1366, 768)
 # Parts of the 3D view that the overlay may take: src/rviz/framing.hpp
 TOP, BOTTOM = 0.14, 0.20
+CAR = 0.04  # of the width: half a car's length, about, where a heap fills the view
 FRAME = 7  # pixels; more than a line of the scene is wide
 
 
@@ -74,13 +75,22 @@ class Picture:
         return wanted
 
     def box(self, *names):
-        """left, right, top, bottom of where cars of these colours are, as shares. What is much lower than the rest, as cars one
-        behind the other beside a heap, does not count; all are 0 if there are none."""
+        """left, right, top, bottom of where cars of these colours are, as shares. Where the band that they take is much lower than
+        elsewhere, as that of cars one behind the other beside a heap, they do not count; all are 0 if there are none. The band is
+        as high as what lies within half a car: of cars in a zigzag no column is."""
         found = self.of_hue(*names)
         if not found.any():
             return 0.0, 0.0, 0.0, 0.0
         rows = numpy.arange(self.height)[:, None]
-        high = numpy.where(found, rows, 0).max(axis=0) - numpy.where(found, rows, self.height).min(axis=0) + 1
+        beside = int(CAR * self.width)
+
+        def around(columns, fill):
+            """Of each column the values of those within half a car's length."""
+            return numpy.lib.stride_tricks.sliding_window_view(numpy.pad(columns, beside, constant_values=fill), 2 * beside + 1)
+
+        lowest = around(numpy.where(found, rows, 0).max(axis=0), 0).max(axis=1)
+        highest = around(numpy.where(found, rows, self.height).min(axis=0), self.height).min(axis=1)
+        high = numpy.where(found.any(axis=0), lowest - highest + 1, 0)
         counted = high > 0.55 * numpy.percentile(high[high > 0], 95)
         left, right = extent(counted)
         top, bottom = extent((found & counted).any(axis=1))
@@ -193,6 +203,18 @@ class RvizTest(unittest.TestCase):
         subprocess.run(['rosnode', 'kill', '/rviz'], stdout=subprocess.DEVNULL, timeout=LIMIT, check=True)
         self.take_picture('rviz_gone', lambda p: 'something' if len(p.whole.getcolors(1 << 20)) > 1 else None)
         self.assertIsNone(launch.poll(), 'closing RViz must not end the run')
+
+        with open(os.path.join(self.package, 'rviz/train_derail.rviz'), encoding='utf-8') as f:
+            config = yaml.safe_load(f)
+        views = config['Visualization Manager']['Views']
+        views['Current'] = next(v for v in views['Saved'] if v['Name'] == 'pile-up from above')
+        with tempfile.NamedTemporaryFile('w', suffix='.rviz', encoding='utf-8') as f:
+            yaml.safe_dump(config, f)
+            f.flush()
+            above = self.start('rviz', '-d', f.name)
+            # It joins a run that stands still: everything it shows is latched.
+            self.take_picture('rviz_above', self.of_heap('orange'))
+            self.end(above)
 
     def test_a_heap_in_a_curve(self):
         _, step = self.launch('accidents/lac_megantic_2013.yaml')
