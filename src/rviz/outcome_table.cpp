@@ -184,7 +184,7 @@ void OutcomeTable::show_outcome(const NodeView& view) {
   rest_ = 0;
   for (const auto& [field, row] : rows_) {
     const bool can_be_shown = is_shown(*field, o) || (before && field->when && field->when(*before));
-    const bool known = is_shown(*field, o) && (moves || is_known_at_start(field->name));
+    const bool known = o && is_shown(*field, o) && (moves || is_known_at_start(field->name));
     const bool shown = can_be_shown && (full_ || field->leading);
     if (can_be_shown && !field->leading) ++rest_;
     for (QLabel* label : {row.title, row.value, row.si}) label->setVisible(shown);

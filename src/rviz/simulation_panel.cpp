@@ -75,7 +75,7 @@ SimulationPanel::SimulationPanel(QWidget* parent) : rviz::Panel(parent), link_(k
   column->addWidget(make_node_row());
   presence_ = new QLabel(content);
   presence_->setObjectName("presence");
-  let_wrap(presence_);
+  presence_->setWordWrap(true);
   presence_->setTextFormat(Qt::PlainText);
   column->addWidget(presence_);
 
@@ -329,13 +329,10 @@ void SimulationPanel::refresh() {
 }
 
 /// A window that is too low scrolls; one that is too narrow would clip. The bar's place is kept whether it is there or
-/// not: it comes in between two looks. Never more than 36 % of the screen, for the wreck needs the rest: what asks for
-/// more does so for a moment, as texts do that are to wrap, and the window, grown by it, would stay so.
+/// not: it comes in between two looks.
 void SimulationPanel::keep_width() {
-  const int wanted = scroll_->widget()->minimumSizeHint().width() + scroll_->verticalScrollBar()->sizeHint().width();
-  const int width = std::min(wanted, QGuiApplication::primaryScreen()->availableGeometry().width() * 9 / 25);
-  if (scroll_->minimumWidth() != width && width == wanted_width_) scroll_->setMinimumWidth(width);
-  wanted_width_ = width;
+  const int width = scroll_->widget()->minimumSizeHint().width() + scroll_->verticalScrollBar()->sizeHint().width();
+  if (scroll_->minimumWidth() != width) scroll_->setMinimumWidth(width);
 }
 
 /// Unfolds the charts and all of the outcome where there is room for them, unless the user has said what he wants.

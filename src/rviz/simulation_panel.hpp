@@ -107,7 +107,6 @@ class SimulationPanel : public rviz::Panel {
   OutcomeTable* outcome_;
   ForceCharts* charts_;
   Section *inputs_section_, *sweep_section_, *outcome_section_, *charts_section_;
-  int wanted_width_ = 0;  // at the last look
   QScrollArea* scroll_;
   QWidget* live_;  // all that is of no use without a node
 };

@@ -1,4 +1,4 @@
-// What the 3D view is made of, without RViz, node or master: where the camera stands, what the overlay says.
+// What is looked at, without RViz, node or master: where the camera stands, what overlay and table of outcomes say.
 #include <cmath>
 #include <limits>
 
@@ -6,10 +6,13 @@
 
 #include <boost/make_shared.hpp>
 
-#include <QGuiApplication>
+#include <QApplication>
 #include <QImage>
+#include <QLabel>
+#include <QRegularExpression>
 
 #include "rviz/framing.hpp"
+#include "rviz/outcome_table.hpp"
 #include "rviz/overlay_content.hpp"
 #include "rviz/overlay_painter.hpp"
 
@@ -337,6 +340,18 @@ TEST_F(Overlay, PlatesStayWithinTheirSpace) {
   EXPECT_TRUE(paint_map(TrainMap(), {800, 80, 13.0}).isNull());
 }
 
+// A number from nowhere may be three hundred digits long, and the window as wide.
+TEST(OutcomeTable, WithoutAnOutcomeNothingHasAValue) {
+  OutcomeTable table(nullptr);
+  table.show_outcome({});
+  int values = 0;
+  for (const QLabel* label : table.findChildren<QLabel*>()) {
+    EXPECT_FALSE(label->text().contains(QRegularExpression("^[-0-9]"))) << label->text().toStdString();
+    values += label->text() == "\u2013" ? 1 : 0;
+  }
+  EXPECT_GT(values, 5);
+}
+
 }  // namespace
 }  // namespace train_derail::rviz_panel
 
@@ -344,6 +359,6 @@ int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   // Fonts want an application; it needs no screen.
   qputenv("QT_QPA_PLATFORM", "offscreen");
-  const QGuiApplication application(argc, argv);
+  const QApplication application(argc, argv);
   return RUN_ALL_TESTS();
 }
