@@ -130,10 +130,17 @@ class Outputs {
   }
   /// Whether a file needs the states on the output grid.
   bool follows() const { return csv_ || bag_ || html_; }
+  /// A run that cannot be recorded is not worth computing: throws if a file fails. But whoever has asked for the end of
+  /// the run gets the other files; then finish() tells of it.
   void grid_point(std::int64_t tick, const simulation::Simulation& s) {
-    if (csv_) write(states_.add(tick, s.snapshot()));
-    if (bag_) bag_->grid_point(s);
-    if (replay_) replay_->add(s);
+    try {
+      if (csv_) write(states_.add(tick, s.snapshot()));
+      if (bag_) bag_->grid_point(s);
+      if (replay_) replay_->add(s);
+    } catch (const std::exception&) {
+      if (!apps::stop) throw;
+      failure_ = std::current_exception();
+    }
   }
   /// How large the table of states is so far, for people; "" without one.
   std::string table_size() const {
@@ -151,12 +158,11 @@ class Outputs {
   /// last: another program makes it. Then throws what failed first.
   std::vector<std::string> finish(const simulation::Simulation& s, const outcome::Outcome& outcome) {
     std::vector<std::string> written;
-    std::exception_ptr failure;
     const auto attempt = [&](const auto& action) {
       try {
         written.push_back(action());
       } catch (const std::exception&) {
-        if (!failure) failure = std::current_exception();
+        if (!failure_) failure_ = std::current_exception();
       }
     };
     const auto complete = [&attempt](std::optional<files::OutputFile>& file, const auto& write_rest) {
@@ -173,7 +179,7 @@ class Outputs {
     if (saved_) written.push_back(checkpoint_->path());
     if (bag_) attempt([&] { return bag_->close(s, outcome); });
     complete(html_, [&](std::ostream& out) { out << replay_page(s, outcome); });
-    if (failure) std::rethrow_exception(failure);
+    if (failure_) std::rethrow_exception(failure_);
     return written;
   }
   /// Whether a file goes to standard output; nothing else may be printed then.
@@ -201,6 +207,7 @@ class Outputs {
   files::Existing existing_;
   const std::string name_;  // of the run, if its scenario has no title
   std::optional<files::OutputFile> csv_, incidents_, json_, checkpoint_, html_;
+  std::exception_ptr failure_;  // the first
   std::optional<apps::KeptRun> replay_;
   simulation::TableChoice choice_;
   simulation::ThinnedStates states_{1};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/pairs.hpp"
 #include "train_derail/model/contact_law.hpp"
 
 namespace train_derail::model {
@@ -48,14 +49,9 @@ void Contacts::find_pairs() {
     const double rx = f.reach({1.0, 0.0}) + kMargin, ry = f.reach({0.0, 1.0}) + kMargin;
     bounds_[i] = {f.centre.x() - rx, f.centre.x() + rx, f.centre.y() - ry, f.centre.y() + ry};
   }
-  // Sweep along x; the order hardly changes between two calls.
+  // Sweep along x.
   const auto begin_of = [this](int i) { return bounds_[static_cast<std::size_t>(i)][0]; };
-  for (std::size_t i = 1; i < by_x_.size(); ++i) {
-    const int k = by_x_[i];
-    std::size_t j = i;
-    for (; j > 0 && begin_of(by_x_[j - 1]) > begin_of(k); --j) by_x_[j] = by_x_[j - 1];
-    by_x_[j] = k;
-  }
+  sort_again(by_x_, begin_of);
   old_pairs_.swap(pairs_);
   pairs_.clear();
   for (std::size_t i = 0; i < by_x_.size(); ++i) {
@@ -68,13 +64,7 @@ void Contacts::find_pairs() {
       pairs_.push_back({a, b});
     }
   }
-  const auto less = [](const Pair& p, const Pair& r) { return p.a != r.a ? p.a < r.a : p.b < r.b; };
-  std::sort(pairs_.begin(), pairs_.end(), less);
-  auto old = old_pairs_.begin();
-  for (Pair& p : pairs_) {
-    while (old != old_pairs_.end() && less(*old, p)) ++old;
-    if (old != old_pairs_.end() && old->a == p.a && old->b == p.b) p = *old;
-  }
+  keep_known(pairs_, old_pairs_);
 }
 
 void Contacts::add(double t, double h, const CarColumns& q, const Wrenches& loads) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "model/pairs.hpp"
 #include "train_derail/model/contact_law.hpp"
 
 namespace train_derail::model {
@@ -48,12 +49,7 @@ void SpatialContacts::find_pairs() {
     const auto k = static_cast<std::size_t>(i);
     return cars_.state[SX * cars_.n + k] - radius[k];
   };
-  for (std::size_t i = 1; i < by_x_.size(); ++i) {
-    const int k = by_x_[i];
-    std::size_t j = i;
-    for (; j > 0 && begin_of(by_x_[j - 1]) > begin_of(k); --j) by_x_[j] = by_x_[j - 1];
-    by_x_[j] = k;
-  }
+  sort_again(by_x_, begin_of);
   old_pairs_.swap(pairs_);
   pairs_.clear();
   for (std::size_t i = 0; i < by_x_.size(); ++i) {
@@ -67,13 +63,7 @@ void SpatialContacts::find_pairs() {
       pairs_.push_back({first, second});
     }
   }
-  const auto less = [](const Pair& p, const Pair& r) { return p.a != r.a ? p.a < r.a : p.b < r.b; };
-  std::sort(pairs_.begin(), pairs_.end(), less);
-  auto old = old_pairs_.begin();
-  for (Pair& p : pairs_) {
-    while (old != old_pairs_.end() && less(*old, p)) ++old;
-    if (old != old_pairs_.end() && old->a == p.a && old->b == p.b) p = *old;
-  }
+  keep_known(pairs_, old_pairs_);
 }
 
 void SpatialContacts::press_all(double t, double h) {

@@ -7,6 +7,7 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 
+#include "model/derailment_order.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
 
@@ -255,16 +256,7 @@ bool SpatialTrucks::give_way(double t, double h) {
 }
 
 void SpatialTrucks::order_derailments() {
-  std::vector<Derailment>& all = record_.incidents.derailments;
-  if (ordered_ == all.size()) return;
-  const auto begin = all.begin() + static_cast<std::ptrdiff_t>(ordered_);
-  std::stable_sort(begin, all.end(), [](const Derailment& a, const Derailment& b) { return a.time < b.time; });
-  for (auto d = begin; d != all.end(); ++d) {
-    Cause& cause = first_cause_[static_cast<std::size_t>(d->car)];
-    if (cause == Cause::none) cause = d->cause;
-  }
-  ordered_ = all.size();
-  find_standing();
+  if (order_new(record_.incidents.derailments, ordered_, first_cause_)) find_standing();
 }
 
 void SpatialTrucks::find_standing() {

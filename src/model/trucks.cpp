@@ -1,10 +1,9 @@
 #include "model/trucks.hpp"
 
-#include <algorithm>
-
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 
+#include "model/derailment_order.hpp"
 #include "model/truck_parts.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/model/ground_law.hpp"
@@ -195,16 +194,7 @@ void Trucks::find_standing() {
   if (standing_ > 0 && !derailed(standing_ - 1)) standing_ = -1;
 }
 
-void Trucks::order_derailments() {
-  std::vector<Derailment>& all = record_.incidents.derailments;
-  const auto begin = all.begin() + static_cast<std::ptrdiff_t>(ordered_);
-  std::stable_sort(begin, all.end(), [](const Derailment& a, const Derailment& b) { return a.time < b.time; });
-  for (auto d = begin; d != all.end(); ++d) {
-    Cause& cause = first_cause_[static_cast<std::size_t>(d->car)];
-    if (cause == Cause::none) cause = d->cause;
-  }
-  ordered_ = all.size();
-}
+void Trucks::order_derailments() { order_new(record_.incidents.derailments, ordered_, first_cause_); }
 
 void Trucks::walk(files::Archive& archive) {
   archive.flags("past_pod", past_pod_);

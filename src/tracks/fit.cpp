@@ -497,30 +497,31 @@ TrackFit fit_track(const std::vector<PlanePoint>& points, const FitOptions& opti
   return fit;
 }
 
-std::vector<inputs::Curve> curves(const TrackFit& fit, double origin) {
-  std::vector<inputs::Curve> all;
-  for (const Piece& p : fit.curvature) {
+namespace {
+
+/// Pieces of the fit as stretches of a scenario, counted from `origin`; what has no value is left out.
+template <class Stretch>
+std::vector<Stretch> stretches(const std::vector<Piece>& pieces, double Stretch::*value, double origin) {
+  std::vector<Stretch> all;
+  for (const Piece& p : pieces) {
     if (p.value == 0.0) continue;
-    inputs::Curve c;
-    c.start = p.from - origin;
-    c.length = p.to - p.from;
-    c.curvature = p.value;
-    all.push_back(c);
+    Stretch s;
+    s.start = p.from - origin;
+    s.length = p.to - p.from;
+    s.*value = p.value;
+    all.push_back(s);
   }
   return all;
 }
 
+}  // namespace
+
+std::vector<inputs::Curve> curves(const TrackFit& fit, double origin) {
+  return stretches(fit.curvature, &inputs::Curve::curvature, origin);
+}
+
 std::vector<inputs::GradeSection> grades(const TrackFit& fit, double origin) {
-  std::vector<inputs::GradeSection> all;
-  for (const Piece& p : fit.grade) {
-    if (p.value == 0.0) continue;
-    inputs::GradeSection g;
-    g.start = p.from - origin;
-    g.length = p.to - p.from;
-    g.grade = p.value;
-    all.push_back(g);
-  }
-  return all;
+  return stretches(fit.grade, &inputs::GradeSection::grade, origin);
 }
 
 }  // namespace train_derail::tracks

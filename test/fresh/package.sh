@@ -44,8 +44,9 @@ inside "$user" bash -ec '
   apt-get update -q
   # What they need stays: only what the packages themselves leave is looked for.
   apt-get install -q -y --no-install-recommends man-db bash-completion g++ cmake /packages/*.deb
+  made=$(mktemp -d)
   derail run /usr/share/train_derail/config/baseline.yaml
-  derail run /usr/share/train_derail/config/baseline.yaml --quiet --bag /tmp/run.bag --html /tmp/run.html
+  derail run /usr/share/train_derail/config/baseline.yaml --quiet --bag "$made/run.bag" --html "$made/run.html"
   python3 -c "import train_derail; print(train_derail.run(\"config/baseline.yaml\").outcome[\"cars_off_track\"])"
   python3 -c "from train_derail.msg import Outcome"
   timeout 300 roslaunch train_derail sim.launch rviz:=false rate:=0 exit_when_done:=true
@@ -54,7 +55,7 @@ inside "$user" bash -ec '
   COMP_WORDS=(derail che) COMP_CWORD=1
   _derail
   test "${COMPREPLY[*]}" = check
-  rm -rf /root/.ros /tmp/run.*
+  rm -rf ~/.ros "$made"
   apt-get purge -q -y $names
   left=$(find / -xdev -path /packages -prune -o \( -name "*train?derail*" -o -name "derail*" \) -not -path "/proc/*" -not -path "/var/log/*" -not -path "/var/cache/apt/*" -print)
   if [ -n "$left" ]; then echo "left behind: $left"; exit 1; fi'

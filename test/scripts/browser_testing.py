@@ -2,12 +2,15 @@
 
 import os
 import shutil
+import tempfile
 import time
 
 from selenium import webdriver
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.support.ui import WebDriverWait
+
+from plot_testing import PlotTest
 
 DRIVER = '/usr/bin/chromedriver'
 
@@ -51,3 +54,31 @@ def complaints(driver):
     """What the page has said on the console that is no mere remark."""
     return [e['message'] for e in driver.get_log('browser') if e['level'] in ('SEVERE', 'WARNING')
             and 'GL Driver Message' not in e['message']]
+
+
+class PageTest(PlotTest):
+    """Tests of one page, `page` of the class, opened anew for each. None may leave a complaint on the console."""
+
+    page = ''
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.profile = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.profile.cleanup)
+        cls.browser = open_browser(cls.profile.name)
+        cls.addClassCleanup(cls.browser.quit)
+
+    def setUp(self):
+        self.browser.set_window_size(1280, 900)
+        open_page(self.browser, self.page)
+
+    def tearDown(self):
+        self.assertEqual([c for c in complaints(self.browser) if not self.is_meant(c)], [])
+
+    def is_meant(self, complaint):
+        """Whether a test asks for this complaint."""
+        return False
+
+    def js(self, script, *arguments):
+        return self.browser.execute_script('return ' + script, *arguments)

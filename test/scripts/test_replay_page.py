@@ -11,7 +11,6 @@ import math
 import os
 import struct
 import subprocess
-import tempfile
 import zlib
 
 import numpy as np
@@ -22,7 +21,7 @@ from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from browser_testing import complaints, open_browser, open_page, wait
+from browser_testing import PageTest, open_page, wait
 from plot_testing import PlotTest, run_tests
 
 HOSTILE = """</script><b id=evil>bold</b><img src=x onerror=alert(1)> & "q" ${1} {{ 7*7 }}"""
@@ -61,7 +60,7 @@ def run_in(page):
     return run
 
 
-class ReplayPageTest(PlotTest):
+class ReplayPageTest(PageTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -71,24 +70,6 @@ class ReplayPageTest(PlotTest):
         cls.derail('run', cls.file, '--html', cls.page, '--csv', cls.states, '--incidents', cls.path('incidents.csv'))
         with open(cls.states, encoding='utf-8', newline='') as file:
             cls.rows = list(csv.DictReader(file))
-        cls.profile = tempfile.TemporaryDirectory()
-        cls.browser = open_browser(cls.profile.name)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.browser.quit()
-        cls.profile.cleanup()
-        super().tearDownClass()
-
-    def setUp(self):
-        self.browser.set_window_size(1280, 900)
-        open_page(self.browser, self.page)
-
-    def tearDown(self):
-        self.assertEqual(complaints(self.browser), [])
-
-    def js(self, script, *arguments):
-        return self.browser.execute_script('return ' + script, *arguments)
 
     def time(self):
         return self.js('replay.time')

@@ -14,7 +14,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
-from browser_testing import complaints, open_browser, open_page
+from browser_testing import PageTest, complaints, open_browser, open_page
 from plot_testing import KIP, PlotTest, run_tests
 
 HOSTILE = """</script><b id=evil>bold</b><img src=x onerror=alert(1)> & 'q' ${1} {{ 7*7 }}"""
@@ -39,7 +39,7 @@ outcomes: [coupler_force_peak]
 SVG = '<svg xmlns="http://www.w3.org/2000/svg"><title>Force &amp; &lt;i&gt;</title><rect width="9" height="9"/></svg>'
 
 
-class ReportPageTest(PlotTest):
+class ReportPageTest(PageTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -53,25 +53,10 @@ class ReportPageTest(PlotTest):
         for folder in (cls.results, cls.ensemble):
             cls.derail('report', folder)
         cls.page = os.path.join(cls.results, 'report.html')
-        cls.profile = tempfile.TemporaryDirectory()
-        cls.browser = open_browser(cls.profile.name)
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.browser.quit()
-        cls.profile.cleanup()
-        super().tearDownClass()
-
-    def setUp(self):
-        self.browser.set_window_size(1280, 900)
-        open_page(self.browser, self.page)
-
-    def tearDown(self):
+    def is_meant(self, complaint):
         # The picture that is none shows as a broken one; a page may hold what it was given.
-        self.assertEqual([c for c in complaints(self.browser) if 'data:image' not in c], [])
-
-    def js(self, script, *arguments):
-        return self.browser.execute_script('return ' + script, *arguments)
+        return 'data:image' in complaint
 
     def column(self, k):
         return [r.text for r in self.browser.find_elements(By.CSS_SELECTOR, f'#outcomes tbody td:nth-child({k})')]
