@@ -1,6 +1,5 @@
 #include "replay_command.hpp"
 
-#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <iostream>
@@ -19,6 +18,7 @@
 #include "progress.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/scene/replay.hpp"
+#include "train_derail/simulation/output_grid.hpp"
 #include "train_derail/study/members.hpp"
 
 namespace train_derail::apps {
@@ -59,14 +59,12 @@ std::string page_of_bag(const ReplayArguments& a) {
 std::optional<std::string> document_of(const study::Members& all, const study::Member& member, ProgressLine& progress) {
   simulation::Simulation simulation(member.scenario);
   KeptRun kept(simulation);
-  const double interval = member.scenario.output.interval;
-  for (std::int64_t tick = 1; !simulation.ended(); ++tick) {
-    simulation.advance(static_cast<double>(tick) * interval, &stop);
-    if (stop) return std::nullopt;
-    kept.add(simulation);
+  for (simulation::OutputGrid grid(simulation); !simulation.ended() && !stop;) {
+    if (grid.advance(&stop)) kept.add(simulation);
     progress.update(simulation.time() / member.scenario.stop.time_max,
                     fmt::format("run {}: {:.1f} s simulated", member.run, simulation.time()));
   }
+  if (stop) return std::nullopt;
   const outcome::Outcome outcome = simulation.outcome();
   study::require_same(all, member, outcome);
   return kept.document({all.title, member.caption}, simulation, outcome);

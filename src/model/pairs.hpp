@@ -18,7 +18,8 @@ void sort_again(std::vector<int>& cars, BeginOf begin_of) {
   }
 }
 
-/// Sorts pairs by their cars a and b; one that was among the old ones, which are sorted, goes on with what that one kept.
+/// Sorts pairs by their cars a and b; one that was among the old ones, which are sorted, goes on with what that one
+/// kept.
 template <class Pair>
 void keep_known(std::vector<Pair>& pairs, const std::vector<Pair>& old_pairs) {
   const auto less = [](const Pair& p, const Pair& r) { return p.a != r.a ? p.a < r.a : p.b < r.b; };
