@@ -105,10 +105,12 @@ bool is_word_for(const std::string& bare, const std::string& name, const std::ve
 
 CouplerHold coupler_hold(const Coupler& coupler, const std::string& lead, const std::string& trail) {
   const CarTypes& known = car_types();
+  const CouplerType& usual = *known.coupler(Coupler().type);  // leaves nothing out
   const auto hold = [&](const std::string& type) {
     const CouplerType& c = *known.coupler(type.empty() ? coupler.type : type);
-    return CouplerHold{c.pitch_limit.value_or(7.0 * kDegree), c.slip_height.value_or(kInfinity),
-                       c.vertical_hold.value_or(200.0 * kKip), c.roll_limit.value_or(10.0 * kDegree)};
+    return CouplerHold{
+        c.pitch_limit.value_or(usual.pitch_limit.value()), c.slip_height.value_or(usual.slip_height.value()),
+        c.vertical_hold.value_or(usual.vertical_hold.value()), c.roll_limit.value_or(usual.roll_limit.value())};
   };
   const CouplerHold a = hold(lead), b = hold(trail);
   return {coupler.pitch_limit.value_or(std::min(a.pitch_limit, b.pitch_limit)),
