@@ -88,6 +88,14 @@ inline constexpr std::array<Names<BrakeSource>, 2> kBrakeSources{
     {{"none", BrakeSource::none}, {"remote", BrakeSource::remote}}};
 inline constexpr std::array<Names<ContactLaw>, 2> kContactLaws{
     {{"none", ContactLaw::none}, {"elastic", ContactLaw::elastic}}};
+inline constexpr std::array<Names<TieLaw>, 2> kTieLaws{{{"none", TieLaw::none}, {"guided", TieLaw::guided}}};
+inline constexpr std::array<Names<Mechanism>, 5> kMechanisms{{{"broken_rail", Mechanism::broken_rail},
+                                                              {"bad_track", Mechanism::bad_track},
+                                                              {"dragging_truck", Mechanism::dragging_truck},
+                                                              {"train_forces", Mechanism::train_forces},
+                                                              {"switch", Mechanism::turnout}}};
+inline constexpr std::array<Names<FirstTruck>, 3> kFirstTrucks{
+    {{"front", FirstTruck::front}, {"rear", FirstTruck::rear}, {"either", FirstTruck::either}}};
 
 inline constexpr int kCarsMax = 1000;
 inline const Range kYawInertiaFactors = between(0.01, 0.25), kUsualYawInertiaFactors = between(0.06, 0.13);
@@ -102,11 +110,14 @@ struct PartInput {
   bool needs_rails;                       ///< acts only with ground.on_track_law: rails
 };
 inline std::string on_text(bool on, const std::string& value) { return on ? value : ""; }
-inline const std::array<PartInput, 15> kParts{{
+inline const std::array<PartInput, 18> kParts{{
     {"ground.on_track_law",
      [](const Scenario& s) { return on_text(s.ground.on_track_law == OnTrackLaw::rails, "rails"); }, false},
     {"ground.off_track_law",
      [](const Scenario& s) { return on_text(s.ground.off_track_law == OffTrackLaw::by_slip, "by_slip"); }, false},
+    {"ground.load_exponent",
+     [](const Scenario& s) { return on_text(s.ground.load_exponent != 1.0, number_text(s.ground.load_exponent)); },
+     false},
     {"ground.patches",
      [](const Scenario& s) {
        return on_text(!s.ground.patches.empty(), fmt::format("{} patches", s.ground.patches.size()));
@@ -135,6 +146,12 @@ inline const std::array<PartInput, 15> kParts{{
     {"track.curves",
      [](const Scenario& s) {
        return on_text(!s.track.curves.empty(), fmt::format("{} curves", s.track.curves.size()));
+     },
+     true},
+    {"ties.law", [](const Scenario& s) { return on_text(s.ties.law == TieLaw::guided, "guided"); }, true},
+    {"initial.mechanism",
+     [](const Scenario& s) {
+       return on_text(s.initial.mechanism != Mechanism::broken_rail, name_of(kMechanisms, s.initial.mechanism));
      },
      true},
     {"initial.cars_ahead",
@@ -189,9 +206,37 @@ inline constexpr When kSwingStop{[](const Scenario& s) { return s.coupler.swing_
                                  "a coupler.swing_stiffness above 0"};
 inline constexpr When kPerturbed{[](const Scenario& s) {
                                    const Perturbation& p = s.initial.perturbation;
-                                   return p.spacing > 0.0 || p.yaw_rate > 0.0 || p.kick > 0.0 || p.alignment > 0.0;
+                                   return p.spacing > 0.0 || p.yaw_rate > 0.0 || p.kick > 0.0 || p.alignment > 0.0 ||
+                                          p.emergency_time > 0.0 || s.ties.law == TieLaw::guided ||
+                                          s.initial.mechanism != Mechanism::broken_rail ||
+                                          s.contact.law == ContactLaw::elastic;
                                  },
-                                 "a size of initial.perturbation above 0"};
+                                 "a size of initial.perturbation above 0, ties.law: guided, another initial.mechanism "
+                                 "than broken_rail, or contact.law: elastic (releases)"};
+inline bool starts_by_chance(const Scenario& s) {
+  return s.initial.mechanism == Mechanism::bad_track || s.initial.mechanism == Mechanism::turnout;
+}
+inline constexpr When kByChance{starts_by_chance, "initial.mechanism: bad_track or switch"};
+inline constexpr When kBadTrack{[](const Scenario& s) { return s.initial.mechanism == Mechanism::bad_track; },
+                                "initial.mechanism: bad_track"};
+inline constexpr When kTrainForces{[](const Scenario& s) { return s.initial.mechanism == Mechanism::train_forces; },
+                                   "initial.mechanism: train_forces"};
+inline constexpr When kTurnout{
+    [](const Scenario& s) { return s.initial.mechanism == Mechanism::turnout && s.ties.law == TieLaw::guided; },
+    "initial.mechanism: switch and ties.law: guided"};
+inline constexpr When kFirstTruck{[](const Scenario& s) { return s.initial.mechanism != Mechanism::broken_rail; },
+                                  "another initial.mechanism than broken_rail"};
+inline constexpr When kOnTies{[](const Scenario& s) { return s.ties.law == TieLaw::guided; }, "ties.law: guided"};
+inline constexpr When kPartingPipe{
+    [](const Scenario& s) { return s.ties.law == TieLaw::guided && s.brakes.law == BrakeLaw::air; },
+    "ties.law: guided and brakes.law: air"};
+inline constexpr When kEmergencyTime{
+    [](const Scenario& s) { return s.brakes.law == BrakeLaw::air && s.brakes.emergency_time.has_value(); },
+    "brakes.law: air and a brakes.emergency_time"};
+inline constexpr When kPlanarExtended{
+    [](const Scenario& s) { return s.model != Model::spatial && s.model != Model::paper; }, "the extended model"};
+inline constexpr When kLoadExponent{[](const Scenario& s) { return s.ground.load_exponent != 1.0; },
+                                    "another ground.load_exponent than 1"};
 inline constexpr When kErrorControl{
     [](const Scenario& s) { return s.solver.method != Method::semi_implicit && !s.solver.fixed_step; },
     "solver.method: cash_karp, dormand_prince or bdf, without solver.fixed_step"};
@@ -221,6 +266,11 @@ void describe_block(V& v, C& c) {
            "L, length between the coupler pins.");
   v.number("weight", c.weight, required({"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)}),
            "W, weight of a car (a force).");
+  v.number(
+      "loaded_weight", c.loaded_weight, {"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)},
+      {"Weight with a full load: brakes.force is a share of it, since a car brakes with one force, loaded or empty; "
+       "left out: weight.",
+       &kAirBrakes});
   v.number("width", c.width, {"m", "ft", between(0.01, 20), between(2, 4.5)},
            "Width of the footprint, for contacts and pictures.");
   v.number("truck_spacing", c.truck_spacing, {"m", "ft", between(0.5, 100), between(2, 25)},
@@ -245,6 +295,10 @@ void describe_block(V& v, C& c) {
            {"Of the body on the ground; cylinder: a tank along the car, as wide or as high as the box, whichever is "
             "less.",
             &kSpatial});
+  v.number("tank_strength", c.tank_strength, {"1", "", between_or_infinite(0.01, 1e3), between_or_infinite(0.3, 5)},
+           {"Speeds of release.* for these cars over those of a bare tank; .inf: nothing to release; left out: 1 for "
+            "tank_car, .inf for any other name.",
+            &kContact});
   v.number("brake_share", c.brake_share, {"1", "", between(0, 10), between(0, 3)},
            {"Share of brakes.force that these cars develop; 0: cut out.", &kAirBrakes});
   v.choice("brake_source", c.brake_source, kBrakeSources,
@@ -320,6 +374,10 @@ void describe_ground(V& v, G& g) {
            {"|v across the axis| / |v| at which mu_1 is reached.", &kSlipGround});
   v.number("far_distance", g.far_distance, {"m", "ft", between(1e-3, 1e3), between(0.3, 30)},
            {"Distance beyond the rail at which mu_1 is reached.", &kSlipGround});
+  v.number("load_exponent", g.load_exponent, {"1", "", between(0, 2), between(0.4, 1)},
+           {"Friction off the rails grows with the weight of a car to this power; 1: Coulomb's.", &kPlanarExtended});
+  v.number("reference_weight", g.reference_weight, {"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)},
+           {"Weight of a car at which that power changes nothing.", &kLoadExponent});
   v.list(
       "patches", g.patches, [](auto& w, auto& p) { describe_patch(w, p); }, "Rectangles of ground with other friction.",
       false);
@@ -347,6 +405,47 @@ void describe_rails(V& v, R& r) {
            {"Time for which derail_ratio must be exceeded before the truck leaves the rails.", &kYieldingRails});
   v.number("torn_length", r.torn_length, {"m", "ft", between(0, 100), between(0, 30)},
            {"Length of track that a truck tears up where it leaves the rails; 0: none.", &kYieldingRails});
+}
+
+template <class V, class T>
+void describe_ties(V& v, T& t) {
+  v.choice(
+      "law", t.law, kTieLaws,
+      "guided: a truck off the rails runs on the ties until it is thrown off the track bed; none: the ground alone "
+      "acts on it. A truck that a broken rail, torn track or lateral force takes off is not guided.");
+  v.number("drag", t.drag, {"1", "", between(0, 10), between(0.05, 0.5)},
+           {"Along the track, over its load.", &kOnTies});
+  v.number("stiffness", t.stiffness, {"N/m", "lbf/ft", between(1, 1e12), between(1e5, 1e9)},
+           {"k_t, lateral stiffness under a truck, up to the limit.", &kOnTies});
+  v.number("damping_ratio", t.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
+           {"Damping ratio of half a car on k_t.", &kOnTies});
+  v.number("lateral_ratio", t.lateral_ratio, {"1", "", between_or_infinite(0, 1e3), between_or_infinite(0.1, 2)},
+           {"Limit of the lateral force over its load; where more is needed the truck drifts.", &kOnTies});
+  v.number("drift_max", t.drift_max, {"m", "ft", between_or_infinite(1e-3, 100), between_or_infinite(0.1, 2)},
+           {"A truck that has drifted farther leaves the track bed.", &kOnTies});
+  v.number("parting_rate", t.parting_rate, {"1/m", "1/km", between(0, 10), between(0, 0.1)},
+           {"A truck on the ties parts the brake pipe at its car at this rate, by the distance that it runs; 0: never.",
+            &kPartingPipe});
+}
+
+template <class V, class P>
+void describe_obstacle(V& v, P& p) {
+  v.number("at", p.at, required({"m", "ft", kPlaces}), "Along the track from the point of derailment, forward.");
+  v.number("throw_probability", p.throw_probability, {"1", "", between(0, 1)},
+           "Left out: obstacles.throw_probability.");
+}
+
+template <class V, class O>
+void describe_obstacles(V& v, O& o) {
+  v.number("rate", o.rate, {"1/m", "1/km", between(0, 1), between(0, 0.02)},
+           "Obstacles at random places along the track, by its length: turnouts, crossings, bridges.");
+  v.number("throw_probability", o.throw_probability, {"1", "", between(0, 1)},
+           "That an obstacle throws a truck that runs on the ties off the track bed.");
+  v.number("throw_speed", o.throw_speed, {"m/s", "ft/s", between(0, 100), between(0, 5)},
+           "Sideways speed of a truck that is thrown off, to either side.");
+  v.list(
+      "places", o.places, [](auto& w, auto& p) { describe_obstacle(w, p); }, "Obstacles whose places are known.",
+      false);
 }
 
 template <class V, class C>
@@ -402,8 +501,11 @@ void describe_brakes(V& v, B& b) {
   v.number("radio_delay", b.radio_delay, {"s", "", between(0, 1e3), between(0, 20)},
            {"Delay of brake sources that are told by radio.", &kRadio});
   v.choice("signal", b.signal, kBrakeSignals, {"electronic (ECP): all cars at once.", &kAirBrakes});
-  v.number("emergency_time", b.emergency_time, {"s", "", between(-1e4, 1e5), between(-120, 300)},
-           {"Time of the emergency application; left out: when the first coupler breaks.", &kAirBrakes});
+  v.number(
+      "emergency_time", b.emergency_time, {"s", "", between(-1e4, 1e5), between(-120, 300)},
+      {"Time of the crew's emergency application, at the front; left out: none. A coupler that breaks makes one where "
+       "it breaks.",
+       &kAirBrakes});
 }
 
 template <class V, class C>
@@ -490,6 +592,8 @@ void describe_perturbation_sizes(V& v, P& p) {
            "Every car but the first starts set back by this times |N(0,1)|.");
   v.number("yaw_rate", p.yaw_rate, {"1", "", between(0, 10), between(0, 0.5)},
            "Omega is multiplied by 1 + this times N(0,1).");
+  v.number("emergency_time", p.emergency_time, {"1", "", between(0, 5), between(0, 1.5)},
+           {"brakes.emergency_time is multiplied by exp(this times N(0,1)).", &kEmergencyTime});
   v.number("kick", p.kick, {"m/s", "ft/s", between(0, 100), between(0, 2)},
            "A truck that derails at the point of derailment gets this times N(0,1) sideways (rails).");
   v.number("alignment", p.alignment, {"m", "ft", between(0, 10), between(0, 0.05)},
@@ -511,6 +615,22 @@ void describe_initial(V& v, I& i) {
            "Omega of the first car to derail, counter-clockwise; on rails (on_track_law) about its rear truck.");
   v.integer("cars_ahead", i.cars_ahead, between(0, kCarsMax - 1), false,
             {"Cars of the consist that have passed the point of derailment unharmed (rails).", &kOnRails});
+  v.choice(
+      "mechanism", i.mechanism, kMechanisms,
+      "broken_rail: every truck that comes to the point of derailment leaves the rails; bad_track: trucks leave them "
+      "on a stretch from there on, by chance; switch: there, by chance; dragging_truck: one truck is off, the track "
+      "is sound; train_forces: the same in a train in buff.");
+  v.choice("truck", i.truck, kFirstTrucks,
+           {"Truck of the first car that is off the rails at time 0; either: the seed decides.", &kFirstTruck});
+  v.number("truck_probability", i.truck_probability, {"1", "", between(0, 1)},
+           {"Of every truck but the first, to leave the rails on bad track or at a switch.", &kByChance});
+  v.number("bad_track_length", i.bad_track_length, {"m", "ft", between(0, 1e4), between(0, 500)},
+           {"From the point of derailment on; a truck leaves the rails anywhere on it.", &kBadTrack});
+  v.number("frog_distance", i.frog_distance, {"m", "ft", between(0, 1e4), between(5, 100)},
+           {"From the point of a switch to its frog, which is an obstacle.", &kTurnout});
+  v.number("buff_force", i.buff_force, {"N", "kip", between(-1e8, 1e8), between(-2e6, 4e6)},
+           {"Buff force at the first car at time 0, less and less towards both ends of the train; negative: draft.",
+            &kTrainForces});
   v.group(
       "perturbation", i.perturbation, [](auto& w, auto& p) { describe_perturbation(w, p); },
       "Small random differences between members of an ensemble.");
@@ -522,6 +642,16 @@ void describe_stop(V& v, S& s) {
            "The run ends when every truck is slower than this.");
   v.number("time_max", s.time_max, {"s", "", between(1e-6, 1e5), between(1, 1e3)},
            "The run ends at this simulated time at the latest.");
+}
+
+template <class V, class R>
+void describe_release(V& v, R& r) {
+  v.number("threshold_speed", r.threshold_speed, {"m/s", "mph", between(0, 100), between(0, 15)},
+           "Closing speed normal of an impact from which on a tank may release.");
+  v.number("end_speed", r.end_speed, {"m/s", "mph", between_or_infinite(0.01, 1e4), between_or_infinite(2, 200)},
+           "Beyond it, where a head is hit: 1 - exp(-1) of the tanks release at so much more.");
+  v.number("side_speed", r.side_speed, {"m/s", "mph", between_or_infinite(0.01, 1e4), between_or_infinite(2, 200)},
+           "The same where a shell is hit.");
 }
 
 template <class V, class O>
@@ -568,6 +698,9 @@ void describe(V& v, S& s) {
   v.group(
       "ground", s.ground, [](auto& w, auto& g) { describe_ground(w, g); }, "Friction under the trucks.");
   v.group("rails", s.rails, [](auto& w, auto& r) { describe_rails(w, r); }, {"Rails that yield.", &kOnRails});
+  v.group("ties", s.ties, [](auto& w, auto& t) { describe_ties(w, t); }, {"Trucks that run on the ties.", &kOnRails});
+  v.group("obstacles", s.obstacles, [](auto& w, auto& o) { describe_obstacles(w, o); },
+          {"What throws trucks on the ties off the track bed.", &kOnTies});
   v.group(
       "track", s.track, [](auto& w, auto& t) { describe_track(w, t); }, "Direction, curves and grades of the track.");
   v.group(
@@ -583,6 +716,8 @@ void describe(V& v, S& s) {
       "Motion at time 0, in mid-slack on the track.");
   v.group(
       "stop", s.stop, [](auto& w, auto& r) { describe_stop(w, r); }, "When the run ends.");
+  v.group("release", s.release, [](auto& w, auto& r) { describe_release(w, r); },
+          {"When tank cars release what they hold.", &kContact});
   v.group(
       "outcome", s.outcome, [](auto& w, auto& o) { describe_outcome(w, o); }, "How the outcome is counted.");
   v.group(

@@ -75,6 +75,7 @@ std::map<std::string, std::string> defaults() {
   Scenario one_of_each;
   one_of_each.consist.emplace_back();
   one_of_each.ground.patches.emplace_back();
+  one_of_each.obstacles.places.emplace_back();
   one_of_each.track.curves.emplace_back();
   one_of_each.track.grades.emplace_back();
   one_of_each.terrain.sections.emplace_back();

@@ -27,15 +27,25 @@ std::string at_touch(const Outcome& o) {
 
 std::string by_cause(const Outcome& o) {
   const DerailedBy& by = o.derailed_by;
-  if (by.pod + by.lateral + by.torn_track == 0) return "";
-  const auto text = [](model::Cause cause) { return model::kCauseTexts[static_cast<std::size_t>(cause)]; };
-  return fmt::format("{} {}, {} {}, {} {}", by.pod, text(model::Cause::pod), by.lateral, text(model::Cause::lateral),
-                     by.torn_track, text(model::Cause::torn_track));
+  if (by.pod + by.lateral + by.torn_track + by.bad_track + by.defect == 0) return "";
+  std::string note;
+  const auto add = [&note](int cars, model::Cause cause) {
+    note += fmt::format("{}{} {}", note.empty() ? "" : ", ", cars, model::kCauseTexts[static_cast<std::size_t>(cause)]);
+  };
+  const bool others = by.bad_track + by.defect > 0;
+  if (!others || by.pod > 0) add(by.pod, model::Cause::pod);
+  if (by.bad_track > 0) add(by.bad_track, model::Cause::bad_track);
+  if (by.defect > 0) add(by.defect, model::Cause::defect);
+  add(by.lateral, model::Cause::lateral);
+  add(by.torn_track, model::Cause::torn_track);
+  return note;
 }
 
 bool has_impacts(const Outcome& o) { return o.impacts.count > 0; }
 bool has_broken(const Outcome& o) { return o.couplers_broken > 0; }
 bool has_posture(const Outcome& o) { return o.posture.cars() > 0; }
+bool has_tie_runs(const Outcome& o) { return o.on_ties.trucks > 0; }
+bool has_released(const Outcome& o) { return o.released.expected > 0.0; }
 bool has_blockage(const Outcome& o) { return o.blockage_force > 0.0; }
 /// A car that stands in line just past the point, as the first one does when a run begins, is no heap.
 bool has_pile_up(const Outcome& o) { return o.cars_off_track > 0 || o.cars_derailed > 1; }
@@ -76,6 +86,58 @@ void add_counts(Fields<Outcome>& f) {
       "Derailed cars whose first truck left the rails on track that another truck had torn up; only for rails that "
       "yield.",
       [](auto& o) -> auto& { return o.derailed_by.torn_track; });
+  f.add(
+      "derailed_by_bad_track", kCars, "",
+      "Derailed cars whose first truck left the rails on bad track or at a switch; only for rails that yield.",
+      [](auto& o) -> auto& { return o.derailed_by.bad_track; });
+  f.add(
+      "derailed_by_defect", kCars, "",
+      "Derailed cars whose first truck left the rails by a defect of its own; only for rails that yield.",
+      [](auto& o) -> auto& { return o.derailed_by.defect; });
+}
+
+void add_ties(Fields<Outcome>& f) {
+  f.add(
+       "trucks_on_ties", kTrucks, "trucks that ran on the ties",
+       "Trucks that ran on the ties, off the rails but still guided (ties.law).",
+       [](auto& o) -> auto& { return o.on_ties.trucks; })
+      .shown_when(has_tie_runs)
+      .in_studies()
+      .as_headline();
+  f.add(
+       "ties_distance_max", kLength, "longest run on the ties",
+       "Longest distance that a truck ran on the ties, along the track.",
+       [](auto& o) -> auto& { return o.on_ties.distance_max; })
+      .shown_when(has_tie_runs)
+      .in_studies()
+      .as_headline();
+  f.add(
+       "obstacles_struck", kCount, "obstacles struck", "Obstacles that trucks on the ties met, each truck by itself.",
+       [](auto& o) -> auto& { return o.on_ties.obstacles; })
+      .shown_when(has_tie_runs)
+      .in_studies();
+  f.add(
+       "trucks_thrown_off", kTrucks, "trucks thrown off the track bed",
+       "Trucks on the ties that an obstacle or their drift took off the track bed.",
+       [](auto& o) -> auto& { return o.on_ties.thrown_off; })
+      .shown_when(has_tie_runs)
+      .in_studies()
+      .as_headline();
+}
+
+void add_released(Fields<Outcome>& f) {
+  f.add(
+       "cars_released", kCars, "tank cars that released",
+       "Tank cars that released what they hold, by release.* and the seed.",
+       [](auto& o) -> auto& { return o.released.cars; })
+      .shown_when(has_released)
+      .in_studies()
+      .as_headline();
+  f.add(
+       "cars_released_expected", kRatio, "the same expected",
+       "Mean of cars_released over all seeds, for these impacts.", [](auto& o) -> auto& { return o.released.expected; })
+      .shown_when(has_released)
+      .in_studies();
 }
 
 void add_closing(Fields<Outcome>& f) {
@@ -379,8 +441,10 @@ const Fields<Outcome>& outcome_fields() {
   static const Fields<Outcome> all = [] {
     Fields<Outcome> f;
     add_counts(f);
+    add_ties(f);
     add_closing(f);
     add_couplers(f);
+    add_released(f);
     add_pile_up(f);
     add_lateral_reach(f);
     add_posture(f);

@@ -270,8 +270,16 @@ void Monitor::report_incidents(const model::Incidents& incidents, Outcome& o) co
       case model::Cause::pod: ++o.derailed_by.pod; break;
       case model::Cause::lateral: ++o.derailed_by.lateral; break;
       case model::Cause::torn_track: ++o.derailed_by.torn_track; break;
+      case model::Cause::bad_track: ++o.derailed_by.bad_track; break;
+      case model::Cause::defect: ++o.derailed_by.defect; break;
       case model::Cause::none: break;
     }
+  }
+  for (const model::TieRun& run : incidents.tie_runs) {
+    ++o.on_ties.trucks;
+    o.on_ties.distance_max = std::max(o.on_ties.distance_max, run.distance);
+    o.on_ties.obstacles += static_cast<int>(run.obstacles);
+    o.on_ties.thrown_off += run.end == model::TieRun::End::none ? 0 : 1;
   }
   o.couplers_broken = static_cast<int>(incidents.broken.size());
   for (const model::Impact& i : incidents.impacts) {

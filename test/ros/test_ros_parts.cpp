@@ -419,32 +419,31 @@ TEST(Messages, CarryWhatIsDescribed) {
 }
 
 TEST(Messages, ConstantsAreTheNamesInCapitals) {
-  const std::vector<int> causes{CarState::NONE, CarState::POD, CarState::LATERAL, CarState::TORN_TRACK};
+  const std::vector<int> causes{CarState::NONE,       CarState::POD,       CarState::LATERAL,
+                                CarState::TORN_TRACK, CarState::BAD_TRACK, CarState::DEFECT};
   const std::vector<int> ended{Outcome::RUNNING, Outcome::AT_REST, Outcome::TIME_MAX, Outcome::INTEGRATION_FAILED};
   ASSERT_EQ(causes.size(), model::kCauseNames.size());
   ASSERT_EQ(ended.size(), outcome::kEndedNames.size());
-  for (int i = 0; i < 4; ++i) {
-    EXPECT_EQ(causes[static_cast<std::size_t>(i)], i);
-    EXPECT_EQ(ended[static_cast<std::size_t>(i)], i);
-  }
+  for (std::size_t i = 0; i < causes.size(); ++i) EXPECT_EQ(causes[i], static_cast<int>(i));
+  for (std::size_t i = 0; i < ended.size(); ++i) EXPECT_EQ(ended[i], static_cast<int>(i));
   const auto has = [](const std::string& definition, std::string_view name, std::size_t value) {
     std::string capitals(name);
     for (char& c : capitals) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     EXPECT_NE(definition.find(fmt::format("uint8 {} = {}", capitals, value)), std::string::npos) << capitals;
   };
-  for (std::size_t i = 0; i < causes.size(); ++i) {
+  for (std::size_t i = 0; i < causes.size(); ++i)
     has(::ros::message_traits::definition<CarState>(), model::kCauseNames[i], i);
+  for (std::size_t i = 0; i < ended.size(); ++i)
     has(::ros::message_traits::definition<Outcome>(), outcome::kEndedNames[i], i);
-  }
 }
 
 TEST(Messages, CarsAndCouplersSayWhatBecameOfThem) {
   simulation::CarSnapshot off = car(1.0, false, true);
   off.derailed = true;
-  const std::vector<std::pair<model::Cause, int>> causes{{model::Cause::none, CarState::NONE},
-                                                         {model::Cause::pod, CarState::POD},
-                                                         {model::Cause::lateral, CarState::LATERAL},
-                                                         {model::Cause::torn_track, CarState::TORN_TRACK}};
+  const std::vector<std::pair<model::Cause, int>> causes{
+      {model::Cause::none, CarState::NONE},           {model::Cause::pod, CarState::POD},
+      {model::Cause::lateral, CarState::LATERAL},     {model::Cause::torn_track, CarState::TORN_TRACK},
+      {model::Cause::bad_track, CarState::BAD_TRACK}, {model::Cause::defect, CarState::DEFECT}};
   for (const auto& [cause, constant] : causes) {
     off.cause = cause;
     const CarState m = to_message(std::vector<simulation::CarSnapshot>{off}, 0.0, {}, 1).cars.at(0);

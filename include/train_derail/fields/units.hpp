@@ -13,6 +13,7 @@ inline constexpr Unit kNoUnit{"", ""};
 inline constexpr Unit kRatio{"1", ""};
 inline constexpr Unit kCount{"1", ""};
 inline constexpr Unit kCars{"1", "cars"};
+inline constexpr Unit kTrucks{"1", "trucks"};
 inline constexpr Unit kCouplers{"1", "couplers"};
 inline constexpr Unit kImpacts{"1", "impacts"};
 inline constexpr Unit kGroups{"1", "groups"};

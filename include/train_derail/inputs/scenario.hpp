@@ -38,23 +38,26 @@ enum class BodyShape {
 
 /// `count` equal cars, one behind the other. The blocks of a consist follow each other from the foremost car back.
 struct CarBlock {
-  std::string name = "car";                    ///< kind of car; chooses the body in pictures (scene/car_shape.hpp)
-  int count = 0;                               ///< number of cars
-  double length = 0.0;                         ///< L, distance between the coupler pins [m]
-  double weight = 0.0;                         ///< W, weight of one car [N]
-  double width = 10.0 * kFoot;                 ///< width of the footprint [m]
-  std::optional<double> truck_spacing;         ///< D, distance between the truck centres [m]
+  std::string name = "car";             ///< kind of car; chooses the body in pictures (scene/car_shape.hpp)
+  int count = 0;                        ///< number of cars
+  double length = 0.0;                  ///< L, distance between the coupler pins [m]
+  double weight = 0.0;                  ///< W, weight of one car [N]
+  std::optional<double> loaded_weight;  ///< of one car with a full load, which Brakes::force is a share of; else W [N]
+  double width = 10.0 * kFoot;          ///< width of the footprint [m]
+  std::optional<double> truck_spacing;  ///< D, distance between the truck centres [m]
   std::optional<double> truck_spacing_factor;  ///< D / L, instead of truck_spacing [-]
   std::optional<double> yaw_inertia;           ///< I, about the vertical axis through the centre of mass [kg m^2]
   std::optional<double> yaw_inertia_factor;    ///< I / (M L^2), instead of yaw_inertia [-]
   std::optional<double> centre_height;         ///< of the centre of mass above the rail; else by name and weight [m]
   std::optional<double> floor_height;          ///< of the underside of the body above the rail; else by name [m]
   std::optional<double> roof_height;           ///< of the top of the body above the rail; else by name [m]
-  std::optional<double> roll_inertia;  ///< about the axis along the car through the centre of mass; else that of a box
-                                       ///< (of a cylinder for tank_car) [kg m^2]
-  std::string coupler_type;            ///< of its couplers, as Coupler::type; "": that
-  BodyShape shape = BodyShape::box;    ///< of the body where it presses on the ground, Model::spatial only
-  double brake_share = 1.0;            ///< share of Brakes::force that these cars develop; 0: brakes cut out [-]
+  std::optional<double> roll_inertia;   ///< about the axis along the car through the centre of mass; else that of a box
+                                        ///< (of a cylinder for tank_car) [kg m^2]
+  std::string coupler_type;             ///< of its couplers, as Coupler::type; "": that
+  BodyShape shape = BodyShape::box;     ///< of the body where it presses on the ground, Model::spatial only
+  std::optional<double> tank_strength;  ///< speeds of Release for these cars over those of a bare tank; .inf: nothing
+                                        ///< to release; else 1 for tank_car, .inf for others [-]
+  double brake_share = 1.0;             ///< share of Brakes::force that these cars develop; 0: brakes cut out [-]
   BrakeSource brake_source = BrakeSource::none;  ///< whether the block opens the brake pipe
 
   /// D / L if neither truck spacing is given [-].
@@ -159,7 +162,9 @@ struct Ground {
   double broadside_friction = 0.75;   ///< mu_1 of a truck that slides across that axis, or is far from the track [-]
   double slip_ratio = 0.35;           ///< |v across the car| / |v| at which mu_1 is reached [-]
   double far_distance = 7.0 * kFoot;  ///< distance from the rail at which mu_1 is reached [m]
-  std::vector<GroundPatch> patches;   ///< rectangles of other friction; factors multiply where they overlap
+  double load_exponent = 1.0;         ///< friction off the rails grows with the weight of a car to this power [-]
+  double reference_weight = 286.0 * kKip;  ///< weight of a car at which that power changes nothing [N]
+  std::vector<GroundPatch> patches;        ///< rectangles of other friction; factors multiply where they overlap
 };
 
 /// Rails that hold a truck sideways until they yield (OnTrackLaw::rails).
@@ -169,6 +174,37 @@ struct Rails {
   double derail_ratio = 0.9;         ///< L/V: lateral force over load beyond which a truck leaves the rails [-]
   double derail_time = 0.02;         ///< time for which L/V must be exceeded without interruption [s]
   double torn_length = 5.0 * kFoot;  ///< length of track that a truck tears up where it leaves the rails; 0: none [m]
+};
+
+/// What holds a truck that is off the rails, but still between or beside them.
+enum class TieLaw {
+  none,    ///< nothing: the ground alone acts on it
+  guided,  ///< it runs on the ties, guided by rails and ties, until it is thrown off the track bed, see Ties
+};
+
+/// A truck that runs on the ties (TieLaw::guided), Model::extended only.
+struct Ties {
+  TieLaw law = TieLaw::none;                       ///< what holds it
+  double drag = 0.25;                              ///< along the track, over its load [-]
+  double stiffness = 0.5e6 * kPoundForce / kFoot;  ///< k_t, lateral, up to the limit [N/m]
+  double damping_ratio = 0.3;                      ///< of half a car on k_t [-]
+  double lateral_ratio = 0.6;                      ///< limit of the lateral force over its load; beyond it drifts [-]
+  double drift_max = 2.0 * kFoot;                  ///< a truck that has drifted farther leaves the track bed [m]
+  double parting_rate = 0.0;                       ///< at which a running truck parts the brake pipe, a length [1/m]
+};
+
+/// A place at which a truck that runs on the ties may be thrown off the track bed.
+struct ObstaclePlace {
+  double at = 0.0;                          ///< along the track from the point of derailment, forward [m]
+  std::optional<double> throw_probability;  ///< as Obstacles has it if left out [-]
+};
+
+/// Turnouts, crossings and bridges, which throw trucks that run on the ties off the track bed.
+struct Obstacles {
+  double rate = 0.0;                  ///< of places at random along the track, a length [1/m]
+  double throw_probability = 0.5;     ///< that one throws a truck off [-]
+  double throw_speed = 4.5 * kFoot;   ///< sideways speed of a truck that is thrown off, to either side [m/s]
+  std::vector<ObstaclePlace> places;  ///< places that are known
 };
 
 /// Arc of constant curvature. The track is straight between the arcs and outside of them.
@@ -235,19 +271,39 @@ struct Contact {
 /// Small random differences between runs that are equal otherwise. N(0,1) is a normal random number. A size of 0
 /// switches a difference off.
 struct Perturbation {
-  double spacing = 0.0;    ///< every car but the first starts farther back by this * |N(0,1)| [m]
-  double yaw_rate = 0.0;   ///< InitialMotion::yaw_rate is multiplied by 1 + this * N(0,1) [-]
-  std::int64_t seed = 0;   ///< seed of all random numbers of the run
-  double kick = 0.0;       ///< a truck that derails at the point of derailment gets this * N(0,1) sideways [m/s]
-  double alignment = 0.0;  ///< standard deviation of the lateral alignment of the rails [m]
+  double spacing = 0.0;         ///< every car but the first starts farther back by this * |N(0,1)| [m]
+  double yaw_rate = 0.0;        ///< InitialMotion::yaw_rate is multiplied by 1 + this * N(0,1) [-]
+  std::int64_t seed = 0;        ///< seed of all random numbers of the run
+  double emergency_time = 0.0;  ///< Brakes::emergency_time is multiplied by exp(this * N(0,1)) [-]
+  double kick = 0.0;            ///< a truck that derails at the point of derailment gets this * N(0,1) sideways [m/s]
+  double alignment = 0.0;       ///< standard deviation of the lateral alignment of the rails [m]
 };
 
-/// Motion of the train at time 0.
+/// How a derailment starts. The first car to derail is the one behind InitialMotion::cars_ahead.
+enum class Mechanism {
+  broken_rail,     ///< the rail ends at the point of derailment: every truck that comes there leaves the rails
+  bad_track,       ///< bad track begins there: a truck leaves the rails on it with a probability
+  dragging_truck,  ///< a truck of the first car is off the rails; nothing is wrong with the track
+  train_forces,    ///< a train in buff has pushed it off; nothing is wrong with the track
+  turnout,         ///< "switch": a truck leaves the rails at the switch point with a probability; a frog follows
+};
+
+/// The truck of the first car to derail that is off the rails at time 0, where it is not the point of derailment that
+/// takes both.
+enum class FirstTruck { front, rear, either };
+
+/// Motion of the train at time 0, and how the derailment starts.
 struct InitialMotion {
-  double speed = 0.0;         ///< V, speed of all cars, forward along the track [m/s]
-  double yaw_rate = 0.0;      ///< Omega, yaw rate of the first car to derail, counter-clockwise positive [rad/s]
-  int cars_ahead = 0;         ///< foremost cars of the consist, which have passed the point of derailment on the rails
-  Perturbation perturbation;  ///< random differences
+  double speed = 0.0;     ///< V, speed of all cars, forward along the track [m/s]
+  double yaw_rate = 0.0;  ///< Omega, yaw rate of the first car to derail, counter-clockwise positive [rad/s]
+  int cars_ahead = 0;     ///< foremost cars of the consist, which have passed the point of derailment on the rails
+  Mechanism mechanism = Mechanism::broken_rail;  ///< how it starts
+  FirstTruck truck = FirstTruck::front;          ///< which truck is off first; either: the seed decides
+  double truck_probability = 0.3;                ///< of a truck to leave the rails on bad track or at a switch [-]
+  double bad_track_length = 100.0 * kFoot;       ///< of Mechanism::bad_track, from the point of derailment on [m]
+  double frog_distance = 80.0 * kFoot;           ///< from the point of a switch to its frog, an obstacle [m]
+  double buff_force = 200.0 * kKip;              ///< of Mechanism::train_forces at the first car; draft negative [N]
+  Perturbation perturbation;                     ///< random differences
 };
 
 /// When a run ends.
@@ -261,6 +317,14 @@ struct OutcomeRules {
   double off_track_threshold =
       0.5 * kFoot;  ///< distance of a truck centre from the centre line, beyond which a car is off track [m]
   double sample_interval = 0.01;  ///< time between two samples of counts, touches and the stop rule [s]
+};
+
+/// When a tank car releases what it holds: the probability of an impact with a closing speed normal v is
+/// 1 - exp(-max(v - threshold_speed, 0) / scale), the scale by the side that is hit. Without influence on the motion.
+struct Release {
+  double threshold_speed = 8.0 * kMph;  ///< least closing speed normal [m/s]
+  double end_speed = 60.0 * kMph;       ///< scale where a head is hit [m/s]
+  double side_speed = 30.0 * kMph;      ///< scale where a shell is hit [m/s]
 };
 
 /// When states are published and written.
@@ -302,6 +366,8 @@ struct Scenario {
   Coupler coupler;
   Ground ground;
   Rails rails;
+  Ties ties;
+  Obstacles obstacles;
   Track track;
   Brakes brakes;
   Contact contact;
@@ -309,6 +375,7 @@ struct Scenario {
   Terrain terrain;
   InitialMotion initial;
   StopRule stop;
+  Release release;
   OutcomeRules outcome;
   Output output;
   Solver solver;

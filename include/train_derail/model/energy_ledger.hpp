@@ -18,6 +18,7 @@ struct EnergyLedger {
   double work_on_track = 0.0;         ///< taken along the track from cars on it [J]
   double work_off_track = 0.0;        ///< taken by the ground off the track [J]
   double work_rails = 0.0;            ///< taken sideways by rails that yield [J]
+  double work_ties = 0.0;             ///< taken by ties from trucks that run on them [J]
   double work_coupler_damping = 0.0;  ///< taken by damping of draft gears [J]
   double work_coupler_break = 0.0;    ///< strain energy lost when couplers broke [J]
   double work_impact_normal = 0.0;    ///< taken by crushing in impacts [J]
@@ -25,7 +26,7 @@ struct EnergyLedger {
   double work_grade = 0.0;            ///< lifting, uphill positive [J]
   double work_truck_damping = 0.0;    ///< taken by dampers of trucks [J]
   double work_body_ground = 0.0;      ///< taken by the ground from bodies that strike it [J]
-  double work_kicks = 0.0;            ///< given by kicks, hence negative [J]
+  double work_kicks = 0.0;            ///< given by kicks and obstacles, hence negative [J]
 
   /// Kinetic energy [J].
   double kinetic() const { return kinetic_translation + kinetic_rotation; }
@@ -61,6 +62,8 @@ inline constexpr EnergyTerm kEnergyTerms[] = {
      "Work that the ground took from trucks that have left the track."},
     {"work_rails", &EnergyLedger::work_rails, "spent sideways in the rails",
      "Work that rails took from trucks sideways, by damping and yielding, less what their alignment gave."},
+    {"work_ties", &EnergyLedger::work_ties, "spent on the ties",
+     "Work that ties took from trucks that ran on them, by drag along the track and sideways."},
     {"work_coupler_damping", &EnergyLedger::work_coupler_damping, "spent by damping of couplers",
      "Work that the damping of draft gears took."},
     {"work_coupler_break", &EnergyLedger::work_coupler_break, "let go by couplers that broke",
@@ -76,7 +79,8 @@ inline constexpr EnergyTerm kEnergyTerms[] = {
     {"work_body_ground", &EnergyLedger::work_body_ground, "spent by bodies striking the ground",
      "Work that the ground took from bodies that strike it, along its normal; spatial model only."},
     {"work_kicks", &EnergyLedger::work_kicks, "given by kicks",
-     "Energy given by the kicks of the perturbation at the point of derailment; given, hence negative."},
+     "Energy given by the kicks of the perturbation at the point of derailment, and by obstacles; given, hence "
+     "negative."},
 };
 
 inline double EnergyLedger::total() const {

@@ -17,12 +17,16 @@ enum class Cause {
   pod,         ///< passed the point of derailment
   lateral,     ///< lateral force over load beyond rails.derail_ratio
   torn_track,  ///< came to where another truck had torn up the track
+  bad_track,   ///< on bad track, or at a switch
+  defect,      ///< of its own car
 };
 
-inline constexpr std::array<std::string_view, 4> kCauseNames{"none", "pod", "lateral", "torn_track"};
+inline constexpr std::array<std::string_view, 6> kCauseNames{"none",       "pod",       "lateral",
+                                                             "torn_track", "bad_track", "defect"};
 /// The same in a sentence: "derailed ...".
-inline constexpr std::array<std::string_view, 4> kCauseTexts{"", "at the point of derailment", "by lateral force",
-                                                             "on torn track"};
+inline constexpr std::array<std::string_view, 6> kCauseTexts{
+    "",           "at the point of derailment", "by lateral force", "on torn track", "on bad track or at a switch",
+    "by a defect"};
 inline std::string_view to_string(Cause cause) { return kCauseNames[static_cast<std::size_t>(cause)]; }
 
 /// A truck that leaves the rails.
@@ -32,6 +36,18 @@ struct Derailment {
   bool front;        ///< the front truck; false: the rear one
   Cause cause;       ///< why it left
   double x, y;       ///< place of the truck [m]
+};
+
+/// A truck that runs on the ties, off the rails but still guided.
+struct TieRun {
+  enum class End { none, drift, obstacle };
+  Eigen::Index car;  ///< whose truck it is
+  bool front;        ///< the front truck; false: the rear one
+  double time;       ///< when it left the rails [s]
+  double distance;   ///< that it has run so far, along the track [m]
+  double obstacles;  ///< places of obstacles that it has met
+  double end_time;   ///< when it left the track bed [s]; if it has
+  End end;           ///< what threw it off the track bed; none: nothing so far
 };
 
 /// A coupler that breaks.
@@ -77,6 +93,7 @@ struct Peak {
 /// All that has happened so far, each list in the order of time.
 struct Incidents {
   std::vector<Derailment> derailments;  ///< trucks that left the rails
+  std::vector<TieRun> tie_runs;         ///< trucks that ran on the ties
   std::vector<BrokenCoupler> broken;    ///< couplers that broke
   std::vector<Impact> impacts;          ///< bodies that touched
   Peak buff, draft;                     ///< largest compression and tension of any coupler

@@ -125,7 +125,23 @@ inline constexpr double kImpactSpeedMin = inputs::kMph;
 struct DerailedBy {
   int pod = 0,         ///< at the point of derailment
       lateral = 0,     ///< by lateral force
-      torn_track = 0;  ///< on track that another truck had torn up
+      torn_track = 0,  ///< on track that another truck had torn up
+      bad_track = 0,   ///< on bad track, or at a switch
+      defect = 0;      ///< by a defect of its own
+};
+
+/// Trucks that ran on the ties (ties.law: guided).
+struct OnTies {
+  int trucks = 0;             ///< that ran on the ties
+  double distance_max = 0.0;  ///< longest distance that one of them ran, along the track [m]
+  int obstacles = 0;          ///< obstacles that they met
+  int thrown_off = 0;         ///< trucks that left the track bed
+};
+
+/// Tank cars that released what they hold, by the law of inputs::Release.
+struct Released {
+  int cars = 0;           ///< in this run, by its seed
+  double expected = 0.0;  ///< mean over all seeds, for these impacts
 };
 
 /// All that a run yields.
@@ -144,6 +160,8 @@ struct Outcome {
   double stop_time = 0.0;            ///< simulated time at the end, or so far [s]
   PileUp pile_up;
   Posture posture;
+  OnTies on_ties;
+  Released released;
   int couplers_broken = 0;  ///< couplers that broke, by draft force, swing or moment
   Impacts impacts;
   double blockage_force = 0.0;        ///< mean buff force on the foremost car on the rails behind the derailed

@@ -58,6 +58,8 @@ constexpr Look look_of(bool rails_yield, bool past_pod, bool off_track, model::C
     case model::Cause::pod: return Look::at_point;
     case model::Cause::lateral: return Look::by_lateral;
     case model::Cause::torn_track: return Look::by_torn_track;
+    case model::Cause::bad_track: return Look::at_point;
+    case model::Cause::defect: return Look::at_point;
   }
   return Look::on_track;
 }
