@@ -30,6 +30,7 @@ std::vector<Stroke> strokes_of(char sign) {
   if (sign >= '0' && sign <= '9') return digit(kLit[sign - '0']);
   switch (sign) {
     case '-': return {{0, 0.5, 1, 0.5}};
+    case 'N': return {{0, 0, 0, 1}, {0, 1, 1, 0}, {1, 0, 1, 1}};
     case 'f': return {{0.4, 0, 0.4, 1}, {0.4, 1, 1, 1}, {0.05, 0.5, 0.8, 0.5}};
     case 'm': return {{0, 0, 0, 0.6}, {0, 0.6, 1, 0.6}, {0.5, 0.6, 0.5, 0}, {1, 0.6, 1, 0}};
     case 't': return {{0.45, 0, 0.45, 1}, {0.05, 0.65, 0.85, 0.65}, {0.45, 0, 0.85, 0}};

@@ -26,6 +26,7 @@ constexpr double kGroundBesideCurve = 150.0;  // sharper curves would fold it
 constexpr double kRulerReach = 45.0, kRulerWidth = 0.25, kRulerHeight = 0.03, kRulerText = 5.0;
 constexpr double kRulerAhead = 400.0;
 constexpr double kFoot = 0.3048;
+constexpr double kNorthBeside = 66.0, kNorthLength = 14.0;  // beyond the numbers of the ruler
 constexpr double kPodWidth = 0.6, kPodHeight = kRailHeight + 0.05;
 
 /// Arc lengths from rear to front between which the track may be drawn straight. Hills are drawn in short pieces.
@@ -152,6 +153,26 @@ void add_ruler(Points& points, const Ground& ground, const model::Track& track, 
   }
 }
 
+/// An arrow with the letter N beside the point of derailment, along `north`.
+void add_north(Points& points, const Ground& ground, const Point& north) {
+  const auto add = [&](double ahead, double left) {
+    const double x = ahead * north.x - left * north.y, y = kNorthBeside + ahead * north.y + left * north.x;
+    points.push_back(make_point(x, y, kRulerHeight + ground.height(x, y)));
+  };
+  const auto half_arrow = [&](double side) {
+    const double tip = 0.5 * kNorthLength;
+    for (const auto& [ahead, left] :
+         {std::pair{tip, 0.0}, std::pair{-tip, side * 0.6 * tip}, std::pair{-0.5 * tip, 0.0}})
+      add(ahead, left);
+  };
+  half_arrow(1.0);
+  half_arrow(-1.0);
+  Points letter;
+  paint_text(letter, "N", kRulerText, kRulerHeight);
+  // To be read with north up.
+  for (const Point& p : letter) add(0.5 * kNorthLength + kRulerText + p.y, -p.x);
+}
+
 /// Level ground as far as one sees, or what lies along the track as far as it is not too far from it.
 void add_ground(Points& points, const Ground& ground, const model::Track& track, std::vector<Station> stations) {
   const double rear = stations.front().s, front = stations.back().s;
@@ -226,8 +247,10 @@ TrackPicture track_picture(const inputs::Scenario& scenario, const std::vector<m
 
   // In space the top of the rails is at height 0; models of the plane leave the ground there.
   if (inputs::model_of(scenario) == inputs::Model::spatial) t.height = -scenario.terrain.rail_height;
-  if (const std::optional<double> heading = scenario.track.heading)
+  if (const std::optional<double> heading = scenario.track.heading) {
     t.north = make_point(std::cos(*heading), std::sin(*heading), 0.0);
+    add_north(t.ruler, ground, *t.north);
+  }
   return t;
 }
 

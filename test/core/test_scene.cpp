@@ -178,6 +178,28 @@ TEST(TrackPicture, KnowsNorthIfTheScenarioDoes) {
   EXPECT_NEAR(north.y, 1.0, 1e-12);
 }
 
+/// The arrow on the ground: its two halves meet at the tip, ahead of the two corners at its foot by its length.
+TEST(TrackPicture, PaintsAnArrowToTheNorth) {
+  inputs::Scenario s = test::baseline(5);
+  const std::vector<model::Car> cars = model::expand(s.consist);
+  const std::size_t before = track_picture(s, cars).ruler.size();
+  for (const double degrees : {0.0, 75.0, 200.0}) {
+    s.track.heading = degrees * inputs::kDegree;
+    const TrackPicture picture = track_picture(s, cars);
+    ASSERT_GT(picture.ruler.size(), before + 6);
+    const auto corner = [&](std::size_t i) { return picture.ruler[before + i]; };
+    const Point tip = corner(0), left = corner(1), right = corner(4);
+    const double x = tip.x - 0.5 * (left.x + right.x), y = tip.y - 0.5 * (left.y + right.y);
+    EXPECT_NEAR(x / std::hypot(x, y), std::cos(*s.track.heading), 1e-9);
+    EXPECT_NEAR(y / std::hypot(x, y), std::sin(*s.track.heading), 1e-9);
+    EXPECT_GT(std::hypot(x, y), 10.0);
+    for (std::size_t i = before; i < picture.ruler.size(); ++i) {
+      EXPECT_GT(picture.ruler[i].y, 50.0);  // clear of the numbers of the ruler
+      EXPECT_NEAR(picture.ruler[i].z, 0.03, 1e-9);
+    }
+  }
+}
+
 // ---- The document of a page -------------------------------------------------------------------------------------
 
 struct Recorded {

@@ -9,7 +9,7 @@
 namespace train_derail::scene {
 
 /// Adds triangles in the plane `z` [m]: `text` with its middle at the origin, to be read with x to the right and y up,
-/// `height` [m] tall. Knows digits, minus, space and the letters f, m and t.
+/// `height` [m] tall. Knows digits, minus, space and the letters N, f, m and t.
 void paint_text(Points& points, std::string_view text, double height, double z);
 
 }  // namespace train_derail::scene

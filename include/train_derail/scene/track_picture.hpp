@@ -24,7 +24,8 @@ struct TrackPicture {
   Points ballast;  ///< under the track, with its grades and superelevation
   Points ties;     ///< where cars may pile up, to scale
   Points rails;    ///< twice as wide as they are
-  Points ruler;    ///< lines and numbers across the ground: every 50 m on the left, every 100 ft on the right
+  Points ruler;    ///< lines and numbers across the ground: every 50 m on the left, every 100 ft on the right;
+                   ///< an arrow to the north beside the point of derailment, if the scenario says where north is
   Points pod;      ///< line across the point of derailment
   Point pod_name;  ///< where the words for it stand
   std::optional<Point> north;  ///< a unit vector on the ground, if the scenario says where north is
