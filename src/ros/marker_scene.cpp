@@ -47,11 +47,12 @@ std::string speed_text(double v) { return fmt::format("{:.1f} mph ({:.1f} m/s)",
 }  // namespace
 
 MarkerScene::MarkerScene(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const Frames& frames,
-                         double interval)
+                         double interval, Colours colours)
     : cars_(cars),
       frames_(frames),
       rails_yield_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
       flash_time_(std::max(kFlashTime, interval)),
+      colours_(colours),
       above_roofs_(above_roofs(cars)),
       now_(cars.size()),
       sent_(cars.size()) {
@@ -74,7 +75,9 @@ MarkerScene::MarkerScene(const inputs::Scenario& scenario, const std::vector<mod
 MarkerScene::Shown MarkerScene::shown_of(const simulation::Snapshot& now, std::size_t car) const {
   const simulation::CarSnapshot& state = now.cars[car];
   Shown shown;
-  shown.look = look_of(rails_yield_, state.past_pod, state.off_track, state.cause);
+  shown.facts = colours_ == Colours::posture
+                    ? &facts_of(lie_of(state.tilt()))
+                    : &facts_of(look_of(rails_yield_, state.past_pod, state.off_track, state.cause));
   const auto see = [&](std::size_t coupler, bool& broken, int& force, int before) {
     broken = now.couplers[coupler].broken;
     force = broken ? 0 : class_of(now.couplers[coupler].axial_force, before);
@@ -93,7 +96,7 @@ void MarkerScene::update(const simulation::Snapshot& now, const std::vector<outc
 
 visualization_msgs::Marker MarkerScene::body(std::size_t car) const {
   Marker m = make_triangles(frames_.car(static_cast<int>(car) + 1), kBodies, static_cast<int>(car) + 1,
-                            facts_of(now_[car].look).colour);
+                            now_[car].facts->colour);
   m.points = to_message(shapes_[car].body);
   m.pose.position.z = kLayerStep * static_cast<double>(car % kLayers);
   m.frame_locked = 1;
@@ -106,7 +109,7 @@ visualization_msgs::Marker MarkerScene::parts(std::size_t car) const {
   Points points = shapes_[car].dark;
   const CarShape& shape = shapes_[car];
   const double half = shape.top_end, width = shape.top_half_width, z = shape.top + 0.02;
-  const int bars = facts_of(shown.look).bars;
+  const int bars = shown.facts->bars;
   for (int i = 0; i < bars; ++i) {
     const double x = 0.5 * half + kBarSpacing * (i - 0.5 * (bars - 1));
     for (const double side : {-1.0, 1.0}) {
@@ -149,9 +152,9 @@ visualization_msgs::MarkerArray MarkerScene::take_changes(bool all) {
     Shown& sent = sent_[i];
     const Shown& now = now_[i];
     if (!now.same_body(sent)) {
-      if (now.look != sent.look) list.push_back(body(i));
+      if (now.facts != sent.facts) list.push_back(body(i));
       list.push_back(parts(i));
-      sent.look = now.look;
+      sent.facts = now.facts;
       sent.front_broken = now.front_broken;
       sent.rear_broken = now.rear_broken;
     }

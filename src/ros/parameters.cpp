@@ -72,6 +72,8 @@ NodeParameters read_node_parameters(const XmlRpcValue& tree, const std::string& 
   p.publish_clock = reader.flag("publish/clock", p.publish_clock);
   p.publish_tf = reader.flag("publish/tf", p.publish_tf);
   stream.markers_every = reader.integer("publish/markers_every", stream.markers_every, 0, 1000);
+  stream.colours = scene::colours_of(node_name, "publish/colours",
+                                     reader.text("publish/colours", std::string(to_string(stream.colours))));
   p.event_coupler_force = reader.number("events/coupler_force", "N", p.event_coupler_force, 0.0, 1.0e12);
   p.viewers_wait = reader.number("viewers_wait", "s", p.viewers_wait, 0.0, 600.0);
   stream.history_bytes =

@@ -28,7 +28,8 @@ void RunStream::start_run(RunView& run, const RunState& state) {
   pile_up_ = PileUpFollower();
   const inputs::Scenario& scenario = run.scenario();
   cars_ = run.cars();
-  scene_.emplace(scenario, run.cars(), options_.frames, scenario.output.interval * std::max(1, options_.markers_every));
+  scene_.emplace(scenario, run.cars(), options_.frames, scenario.output.interval * std::max(1, options_.markers_every),
+                 options_.colours);
   history_.clear();
   grid_points_ = 0;
   markers_empty_ = true;
@@ -145,6 +146,14 @@ void RunStream::complete_markers() {
   if (options_.markers_every > 0 && !markers_sent_) send_markers(true);
 }
 
+void RunStream::colour_by(scene::Colours colours) {
+  options_.colours = colours;
+  if (!scene_) return;
+  scene_->colour_by(colours);
+  scene_->update(last_, touches_);
+  if (options_.markers_every > 0) send_markers(true);
+}
+
 void RunStream::repeat_markers() {
   if (!scene_ || options_.markers_every == 0) return;
   // Whatever is still to be sent must not get lost between the two.
@@ -198,6 +207,7 @@ void RunStream::run_info(const RunView& run, const RunState& state, const std::s
   info.start = clock_.start();
   info.time = run.time();
   info.rate = state.rate;
+  info.colours = to_string(options_.colours);
   info.clock_publishers = state.clock_publishers;
   info.interval = run.scenario().output.interval;
   info.cars = static_cast<std::uint32_t>(run.cars().size());

@@ -71,6 +71,7 @@ Services::Services(const ::ros::NodeHandle& private_handle, SimulationLoop& loop
       handle_.advertiseService("restart", &Services::restart, this),
       handle_.advertiseService("seek", &Services::seek, this),
       handle_.advertiseService("set_rate", &Services::set_rate, this),
+      handle_.advertiseService("set_colours", &Services::set_colours, this),
       handle_.advertiseService("get_inputs", &Services::get_inputs, this),
   };
   spinner_.start();
@@ -136,6 +137,10 @@ bool Services::restart(Restart::Request& request, Restart::Response& response) {
 
 bool Services::seek(Seek::Request& request, Seek::Response& response) {
   return ask(loop_.commands(), response, [&] { return loop_.seek(request.time, response.time); });
+}
+
+bool Services::set_colours(SetColours::Request& request, SetColours::Response& response) {
+  return ask(loop_.commands(), response, [&] { return loop_.set_colours(request.colours); });
 }
 
 bool Services::set_rate(SetRate::Request& request, SetRate::Response& response) {

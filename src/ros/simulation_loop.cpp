@@ -268,6 +268,12 @@ Answer SimulationLoop::set_rate(double rate) {
   return {true, rate == 0.0 ? "as fast as the integrator goes" : fmt::format("rate {:g}", rate)};
 }
 
+Answer SimulationLoop::set_colours(const std::string& name) {
+  stream_.colour_by(scene::colours_of("~set_colours", "colours", name));
+  publish_run_info();
+  return {true, "colours by " + name};
+}
+
 void SimulationLoop::step(std::uint32_t ticks, double seconds, StepDone done) {
   const auto refuse = [&](const std::string& why) { done({false, why}, {0, view_->time()}); };
   if (stepping_) return refuse("other steps are under way");

@@ -20,6 +20,7 @@
 #include "rviz/service_call.hpp"
 #include "train_derail/Restart.h"
 #include "train_derail/Seek.h"
+#include "train_derail/SetColours.h"
 #include "train_derail/SetRate.h"
 #include "train_derail/Step.h"
 #include "train_derail/ros/clock_watch.hpp"
@@ -359,6 +360,12 @@ void NodeLink::set_rate(double rate) {
   SetRate::Request request;
   request.rate = rate;
   call<SetRate>(calls_, "set_rate", request);
+}
+
+void NodeLink::set_colours(scene::Colours colours) {
+  SetColours::Request request;
+  request.colours = std::string(to_string(colours));
+  call<SetColours>(calls_, "set_colours", request);
 }
 
 void NodeLink::restart(const std::vector<std::string>& overrides, bool start_paused, const std::string& scenario) {

@@ -16,6 +16,7 @@
 #include "train_derail/Outcome.h"
 #include "train_derail/PileUp.h"
 #include "train_derail/RunInfo.h"
+#include "train_derail/scene/palette.hpp"
 
 namespace train_derail::rviz_panel {
 
@@ -84,6 +85,7 @@ class NodeLink {
   void pause();
   void step(std::uint32_t ticks);
   void set_rate(double rate);
+  void set_colours(scene::Colours colours);
   /// `scenario`: the whole of it as YAML; empty: the present one.
   void restart(const std::vector<std::string>& overrides, bool start_paused, const std::string& scenario = "");
   /// Shows the run as it was at `time` [s]. One call at a time is under way; of those that are asked for meanwhile only

@@ -101,6 +101,11 @@ scene::Look look_of(const CarState& car, bool rails_yield) {
   return scene::look_of(rails_yield, car.past_pod, car.off_track, static_cast<model::Cause>(car.cause));
 }
 
+scene::Colours colours_of(const NodeView& view) {
+  return view.run_info && view.run_info->colours == to_string(scene::Colours::posture) ? scene::Colours::posture
+                                                                                       : scene::Colours::cause;
+}
+
 Strip make_strip(const NodeView& view) {
   Strip strip;
   if (!view.cars || view.cars->cars.empty()) return strip;
@@ -125,8 +130,11 @@ Strip make_strip(const NodeView& view) {
 Entries entries_now(const NodeView& view) {
   Entries entries;
   if (!view.cars) return entries;
-  const bool yield = rails_yield(view);
-  for (const CarState& car : view.cars->cars) entries.add(look_of(car, yield));
+  const bool yield = rails_yield(view), lies = colours_of(view) == scene::Colours::posture;
+  for (const CarState& car : view.cars->cars) {
+    if (lies) entries.add(scene::lie_of(car.tilt));
+    else entries.add(look_of(car, yield));
+  }
   if (view.couplers && view.couplers->run_id == view.cars->run_id) {
     for (const CouplerForce& coupler : view.couplers->couplers) {
       if (coupler.broken) {
@@ -163,7 +171,7 @@ bool TrainMap::operator==(const TrainMap& o) const {
                       m.heap_x, m.heap_y, m.heap_turn, m.heap_length, m.heap_width};
   };
   const auto same = [](const MapCar& a, const MapCar& b) {
-    return a.x == b.x && a.y == b.y && a.heading == b.heading && a.look == b.look;
+    return a.x == b.x && a.y == b.y && a.heading == b.heading && a.facts == b.facts;
   };
   return facts(*this) == facts(o) && north == o.north &&
          std::equal(cars.begin(), cars.end(), o.cars.begin(), o.cars.end(), same);
@@ -182,10 +190,11 @@ TrainMap make_map(const NodeView& view) {
   }
   // The point of derailment is the origin of the world frame.
   Eigen::AlignedBox2d around(Eigen::Vector2d::Zero().eval());
-  const bool yield = rails_yield(view);
+  const bool yield = rails_yield(view), lies = colours_of(view) == scene::Colours::posture;
   for (const CarState& car : cars) {
     const Eigen::Vector2d p = to_map * at(car.pose.position);
-    map.cars.push_back({p.x(), p.y(), car.theta - heading, look_of(car, yield)});
+    map.cars.push_back({p.x(), p.y(), car.theta - heading,
+                        lies ? &facts_of(scene::lie_of(car.tilt)) : &facts_of(look_of(car, yield))});
     around.extend(p);
   }
   map.left = around.min().x() - kMapHalfCar;

@@ -40,21 +40,23 @@ Strip make_strip(const NodeView& view);
 class Entries {
  public:
   void add(scene::Look look) { bits_.set(static_cast<std::size_t>(look)); }
-  void add_force(int force_class) { bits_.set(scene::kLooks + slot(force_class)); }
+  void add(scene::Lie lie) { bits_.set(scene::kLooks + static_cast<std::size_t>(lie)); }
+  void add_force(int force_class) { bits_.set(kCars + slot(force_class)); }
   void add_broken() { bits_.set(kBroken); }
   void add_impact() { bits_.set(kImpact); }
   void add(const Entries& others) { bits_ |= others.bits_; }
 
   bool has(scene::Look look) const { return bits_.test(static_cast<std::size_t>(look)); }
-  bool has_force(int force_class) const { return bits_.test(scene::kLooks + slot(force_class)); }
+  bool has(scene::Lie lie) const { return bits_.test(scene::kLooks + static_cast<std::size_t>(lie)); }
+  bool has_force(int force_class) const { return bits_.test(kCars + slot(force_class)); }
   bool has_broken() const { return bits_.test(kBroken); }
   bool has_impact() const { return bits_.test(kImpact); }
   bool empty() const { return bits_.none(); }
   bool operator==(const Entries& o) const { return bits_ == o.bits_; }
 
  private:
-  static constexpr std::size_t kForces = 2 * scene::kForceClasses + 1;
-  static constexpr std::size_t kBroken = scene::kLooks + kForces, kImpact = kBroken + 1;
+  static constexpr std::size_t kCars = scene::kLooks + scene::kLies, kForces = 2 * scene::kForceClasses + 1;
+  static constexpr std::size_t kBroken = kCars + kForces, kImpact = kBroken + 1;
   static std::size_t slot(int force_class) { return static_cast<std::size_t>(force_class + scene::kForceClasses); }
 
   std::bitset<kImpact + 1> bits_;
@@ -87,7 +89,7 @@ std::pair<std::string, std::string> force_limit(int k);
 /// A car on the map.
 struct MapCar {
   double x, y, heading;  // [m], [m], [rad]
-  scene::Look look;
+  const scene::LookFacts* facts;
 };
 
 /// The train from above, along the line from the last car to the first.
@@ -117,5 +119,7 @@ ScaleBar scale_bar(double most);
 
 /// What a car of this message is.
 scene::Look look_of(const CarState& car, bool rails_yield);
+/// What the colours of the cars say.
+scene::Colours colours_of(const NodeView& view);
 
 }  // namespace train_derail::rviz_panel

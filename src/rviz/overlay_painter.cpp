@@ -83,8 +83,7 @@ struct Item {
 };
 
 /// A car from above with the bars across its roof.
-void draw_car(QPainter& p, const QRectF& box, Look look) {
-  const scene::LookFacts& facts = facts_of(look);
+void draw_car(QPainter& p, const QRectF& box, const scene::LookFacts& facts) {
   p.setPen(QPen(kText, std::max(1.0, 0.06 * box.height())));
   p.setBrush(to_qt(facts.colour));
   p.drawRect(box);
@@ -286,11 +285,16 @@ QImage paint_strip(const Strip& strip, const Space& space) {
 QImage paint_legend(const Entries& entries, const Space& space) {
   if (entries.empty()) return {};
   std::vector<Item> items;
-  for (std::size_t i = 0; i < scene::kLooks; ++i) {
-    const Look look = static_cast<Look>(i);
-    if (!entries.has(look)) continue;
-    items.push_back({[look](QPainter& p, const QRectF& box) { draw_car(p, box, look); }, to_qt(facts_of(look).words)});
-  }
+  const auto add_cars = [&items, &entries](auto first, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto kind = static_cast<decltype(first)>(i);
+      if (!entries.has(kind)) continue;
+      const scene::LookFacts& facts = facts_of(kind);
+      items.push_back({[&facts](QPainter& p, const QRectF& box) { draw_car(p, box, facts); }, to_qt(facts.words)});
+    }
+  };
+  add_cars(Look{}, scene::kLooks);
+  add_cars(scene::Lie{}, scene::kLies);
   if (entries.has_broken()) items.push_back({draw_broken, "broken coupler"});
   if (entries.has_impact()) items.push_back({draw_star, "cars touch, closing speed"});
 
@@ -333,13 +337,13 @@ QImage paint_map(const TrainMap& map, const Space& space) {
   const auto at = [&](double x, double y) { return middle + QPointF(scale * (x - middle_x), -scale * (y - middle_y)); };
   const double thin = std::max(1.0, 0.09 * space.text);
 
-  // Whoever derails lies on those that do not.
+  // Whoever derails, or does not stand upright, lies on those that do not.
   for (const bool derailed : {false, true}) {
     for (const MapCar& car : map.cars) {
-      if ((car.look != Look::on_track) != derailed) continue;
+      if ((car.facts->bars > 0) != derailed) continue;
       const QPointF half(scale * kMapHalfCar * std::cos(car.heading), -scale * kMapHalfCar * std::sin(car.heading));
-      p.setPen(QPen(to_qt(facts_of(car.look).colour).lighter(115), std::max(0.3 * space.text, 3.2 * scale),
-                    Qt::SolidLine, Qt::FlatCap));
+      p.setPen(QPen(to_qt(car.facts->colour).lighter(115), std::max(0.3 * space.text, 3.2 * scale), Qt::SolidLine,
+                    Qt::FlatCap));
       p.drawLine(at(car.x, car.y) - half, at(car.x, car.y) + half);
     }
   }

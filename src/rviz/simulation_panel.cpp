@@ -17,6 +17,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "rviz/look.hpp"
+#include "rviz/overlay_content.hpp"
 #include "rviz/scenario_files.hpp"
 #include "train_derail/ros/clock_watch.hpp"
 
@@ -139,6 +140,7 @@ QWidget* SimulationPanel::make_node_row() {
   line->addStretch(1);
   line->addWidget(label);
   line->addWidget(node_, 2);
+  connect(views_, &ViewButtons::colours_wanted, this, [this](scene::Colours wanted) { link_.set_colours(wanted); });
   connect(node_, &QLineEdit::editingFinished, this, [this] {
     if (!node_->isModified()) return;
     node_->setModified(false);
@@ -320,6 +322,8 @@ void SimulationPanel::refresh() {
     show_answer(view.answer);
   }
   views_->set_cars(view.run_info ? static_cast<int>(view.run_info->cars) : 0);
+  if (view.pending.count("set_colours") == 0)
+    views_->show_colours(view.run_info && view.present ? std::optional(colours_of(view)) : std::nullopt);
   keep_width();
   if (!isVisible()) return;
   sweep_->show_study(study_.view());

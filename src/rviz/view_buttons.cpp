@@ -18,7 +18,8 @@ QKeySequence key_of(std::size_t i) { return {Qt::Key_F5 + static_cast<int>(i)}; 
 
 }  // namespace
 
-ViewButtons::ViewButtons(QWidget* parent) : QWidget(parent), node_("train_derail"), car_(new QSpinBox(this)) {
+ViewButtons::ViewButtons(QWidget* parent)
+    : QWidget(parent), node_("train_derail"), car_(new QSpinBox(this)), posture_(new QToolButton(this)) {
   auto* row = new QHBoxLayout(this);
   row->setContentsMargins(0, 0, 0, 0);
   row->setSpacing(2);
@@ -40,11 +41,21 @@ ViewButtons::ViewButtons(QWidget* parent) : QWidget(parent), node_("train_derail
     if (watched_) watched_->set_car(number);
   });
   row->addWidget(car_);
+  posture_->setObjectName("colours:posture");
+  posture_->setText(tr("Posture"));
+  posture_->setToolTip(
+      tr("Colour the cars by how they lie, not by why they left the track (%1)").arg(key_of(kShows).toString()));
+  posture_->setCheckable(true);
+  connect(posture_, &QToolButton::clicked, this,
+          [this](bool wanted) { Q_EMIT colours_wanted(wanted ? scene::Colours::posture : scene::Colours::cause); });
+  row->addWidget(posture_);
   row->addStretch();
+  show_colours({});
 }
 
 ViewButtons::~ViewButtons() {
   for (const QPointer<QShortcut>& key : keys_) delete key.data();
+  delete posture_key_.data();
 }
 
 void ViewButtons::set_view_manager(rviz::ViewManager* views) {
@@ -55,6 +66,8 @@ void ViewButtons::set_view_manager(rviz::ViewManager* views) {
     keys_[i] = new QShortcut(key_of(i), window, nullptr, nullptr, Qt::ApplicationShortcut);
     connect(keys_[i], &QShortcut::activated, this, [this, i] { show_what(static_cast<Show>(i)); });
   }
+  posture_key_ = new QShortcut(key_of(kShows), window, nullptr, nullptr, Qt::ApplicationShortcut);
+  connect(posture_key_, &QShortcut::activated, posture_, &QToolButton::click);
   connect(views, &rviz::ViewManager::currentChanged, this, &ViewButtons::watch_view);
   watch_view();
 }
@@ -65,6 +78,11 @@ void ViewButtons::set_node(const QString& node) {
 }
 
 void ViewButtons::set_cars(int cars) { car_->setRange(1, cars > 0 ? cars : std::numeric_limits<short>::max()); }
+
+void ViewButtons::show_colours(std::optional<scene::Colours> colours) {
+  posture_->setEnabled(colours.has_value());
+  posture_->setChecked(colours == scene::Colours::posture);
+}
 
 void ViewButtons::show_what(Show show) {
   if (!views_) return;

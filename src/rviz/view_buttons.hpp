@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include <QPointer>
 #include <QShortcut>
@@ -11,6 +12,7 @@
 #include <QWidget>
 
 #include "rviz/wreck_view.hpp"
+#include "train_derail/scene/palette.hpp"
 
 namespace rviz {
 class ViewManager;
@@ -18,8 +20,9 @@ class ViewManager;
 
 namespace train_derail::rviz_panel {
 
-/// A row of buttons, one for each thing that a WreckView shows, and the number of the car for the last. F5 to F9 press
-/// them, wherever the focus is. Whatever view is the current one is replaced by a WreckView.
+/// A row of buttons, one for each thing that a WreckView shows, the number of the car for the last, and one for what
+/// the colours of the cars say. F5 to F10 press them, wherever the focus is. Whatever view is the current one is
+/// replaced by a WreckView.
 class ViewButtons : public QWidget {
   Q_OBJECT
 
@@ -33,6 +36,12 @@ class ViewButtons : public QWidget {
   void set_node(const QString& node);
   /// Number of cars in the train; 0 if not known.
   void set_cars(int cars);
+  /// What the colours of the cars say; none: not known, so that they cannot be changed.
+  void show_colours(std::optional<scene::Colours> colours);
+
+ Q_SIGNALS:
+  /// The user wants these.
+  void colours_wanted(train_derail::scene::Colours colours);
 
  private:
   void show_what(Show show);
@@ -45,6 +54,8 @@ class ViewButtons : public QWidget {
   std::array<QToolButton*, kShows> buttons_{};
   std::array<QPointer<QShortcut>, kShows> keys_;
   QSpinBox* car_;
+  QToolButton* posture_;
+  QPointer<QShortcut> posture_key_;
 };
 
 }  // namespace train_derail::rviz_panel

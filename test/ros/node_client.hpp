@@ -19,6 +19,7 @@
 #include "train_derail/Outcome.h"
 #include "train_derail/Restart.h"
 #include "train_derail/RunInfo.h"
+#include "train_derail/SetColours.h"
 #include "train_derail/SetRate.h"
 #include "train_derail/Step.h"
 #include "train_derail/simulation/simulation.hpp"
@@ -92,6 +93,11 @@ class NodeClient {
     SetRate::Request request;
     request.rate = rate;
     return call<SetRate>("set_rate", request);
+  }
+  SetColours::Response set_colours(const std::string& colours) const {
+    SetColours::Request request;
+    request.colours = colours;
+    return call<SetColours>("set_colours", request);
   }
   Restart::Response restart(const std::vector<std::string>& overrides = {}, bool start_paused = true,
                             const std::string& scenario = "", bool reload = false) const {

@@ -241,6 +241,38 @@ TEST(MarkerScene, BodiesShowWhatDerailedThem) {
   }
 }
 
+TEST(MarkerScene, BodiesShowHowTheyLieIfThatIsAsked) {
+  Watched watched(short_accident(4));
+  simulation::Snapshot now = watched.simulation.snapshot();
+  const std::array<double, 4> tilts{0.0, 0.5, 1.6, 3.0};  // rad
+  const std::array<Lie, 4> lies{Lie::upright, Lie::leaning, Lie::on_side, Lie::inverted};
+  for (std::size_t i = 0; i < 4; ++i) {
+    now.cars[i].qx = std::sin(0.5 * tilts[i]);
+    now.cars[i].qw = std::cos(0.5 * tilts[i]);
+    now.cars[i].cause = model::Cause::pod;
+  }
+  const auto expect_colours = [&](const auto& wanted) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Marker* body = watched.shown.find("cars", static_cast<int>(i) + 1);
+      ASSERT_TRUE(body);
+      EXPECT_NEAR(body->color.r, wanted[i].colour.r / 255.0, 1e-6) << i;
+      EXPECT_NEAR(body->color.b, wanted[i].colour.b / 255.0, 1e-6) << i;
+    }
+  };
+  const std::vector<LookFacts> by_cause(4, facts_of(Look::at_point));
+  std::vector<LookFacts> by_posture;
+  for (const Lie lie : lies) by_posture.push_back(facts_of(lie));
+  watched.show(now);
+  expect_colours(by_cause);
+  watched.scene.colour_by(Colours::posture);
+  watched.show(now);
+  expect_colours(by_posture);
+  EXPECT_EQ(watched.sent, 8U);  // bodies, and the bars on them
+  watched.scene.colour_by(Colours::cause);
+  watched.show(now);
+  expect_colours(by_cause);
+}
+
 TEST(MarkerScene, ArrowsPressOnACouplerInBuffAndLeaveItInDraft) {
   Watched watched(short_train(3));
   simulation::Snapshot now = watched.simulation.snapshot();

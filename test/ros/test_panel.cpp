@@ -322,6 +322,19 @@ TEST_F(Panel, RunsPausesStepsAndSetsTheRate) {
   EXPECT_TRUE(wait_in_rviz([&] { return rate->currentText() == "0.01"; })) << "what was refused does not stay";
 }
 
+TEST_F(Panel, ColoursByPostureOnDemand) {
+  auto* posture = find<QToolButton>("colours:posture");
+  EXPECT_FALSE(posture->isEnabled());
+  start_node_and_wait();
+  EXPECT_TRUE(wait_in_rviz([&] { return posture->isEnabled() && !posture->isChecked(); }));
+  Record<RunInfo> run_info("/train_derail/run_info");
+  for (const char* wanted : {"posture", "cause"}) {
+    posture->click();
+    EXPECT_TRUE(wait_in_rviz([&] { return !run_info.empty() && run_info.last().colours == wanted; })) << wanted;
+    EXPECT_TRUE(wait_in_rviz([&] { return posture->isChecked() == (run_info.last().colours == "posture"); }));
+  }
+}
+
 TEST_F(Panel, FollowsARunToItsEnd) {
   start_node_and_wait();
   ASSERT_TRUE(NodeClient(kNode).set_rate(0.0).success);

@@ -15,6 +15,7 @@
 #include "train_derail/Inputs.h"
 #include "train_derail/Seek.h"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/scene/palette.hpp"
 
 namespace train_derail::test {
 namespace {
@@ -28,7 +29,8 @@ constexpr double kInterval = 0.02;
 std::string g_scenario_file;
 
 /// Enough work a point of the grid that a run lasts until it is stopped.
-const std::vector<std::string> kHeavy = {"consist[0].count=1000", "stop.time_max=100"};
+const std::vector<std::string> kHeavy = {"consist[0].count=1000", "stop.time_max=100", "ground.on_track_friction=0.001",
+                                         "ground.off_track_friction=0.001"};
 
 class Control : public testing::Test {
  protected:
@@ -253,6 +255,35 @@ TEST_F(Control, RateRefusesWhatMakesNoSense) {
     expect_refused(r.success, r.message, {"rate", "0.001 to 1000"});
   }
   EXPECT_EQ(run_info.last().rate, 0.0);
+}
+
+TEST_F(Control, ColoursCarsByPostureAtOnceAndInTheNextRun) {
+  const auto colour_of_first = [&](std::size_t from) -> int {
+    for (std::size_t i = markers.messages.size(); i-- > from;) {
+      for (const visualization_msgs::Marker& m : markers.messages[i].markers) {
+        if (m.ns == "cars" && m.id == 1 && m.action == visualization_msgs::Marker::ADD)
+          return static_cast<int>(std::lround(255.0 * m.color.g));
+      }
+    }
+    return -1;
+  };
+  // A car past the point, so that the two colours differ.
+  ASSERT_TRUE(node.step(0, 1.0).success);
+  const int past = scene::facts_of(scene::Look::past_point).colour.g,
+            upright = scene::facts_of(scene::Lie::upright).colour.g;
+  ASSERT_TRUE(wait_for([&] { return colour_of_first(0) == past; })) << colour_of_first(0);
+  EXPECT_EQ(run_info.last().colours, "cause");
+  const std::size_t before = markers.messages.size();
+  ASSERT_TRUE(node.set_colours("posture").success);
+  EXPECT_TRUE(wait_for([&] { return colour_of_first(before) == upright; })) << colour_of_first(before);
+  EXPECT_TRUE(wait_for([&] { return run_info.last().colours == "posture"; }));
+  const Restart::Response restarted = node.restart({}, true);
+  ASSERT_TRUE(wait_for_run(restarted.run_id));
+  EXPECT_EQ(run_info.last().colours, "posture");
+  const SetColours::Response r = node.set_colours("mood");
+  expect_refused(r.success, r.message, {"colours", "mood", "cause, posture"});
+  EXPECT_TRUE(node.set_colours("cause").success);
+  EXPECT_TRUE(wait_for([&] { return run_info.last().colours == "cause"; }));
 }
 
 TEST_F(Control, SaysSoWhenItCannotKeepUp) {

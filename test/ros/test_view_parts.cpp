@@ -264,6 +264,13 @@ TEST_F(Overlay, TheLegendHasWhatIsInUse) {
   cars.cars[0].past_pod = true;
   EXPECT_TRUE(entries_now(view()).has(Look::past_point));
   EXPECT_FALSE(entries_now(view()).has(Look::at_point));
+
+  // By how they lie, if the node colours them so.
+  info.colours = "posture";
+  cars.cars[0].tilt = 1.5;
+  EXPECT_TRUE(entries_now(view()).has(scene::Lie::on_side) && entries_now(view()).has(scene::Lie::upright));
+  EXPECT_FALSE(entries_now(view()).has(Look::past_point) || entries_now(view()).has(scene::Lie::inverted));
+  EXPECT_EQ(make_map(view()).cars[0].facts, &scene::facts_of(scene::Lie::on_side));
 }
 
 TEST_F(Overlay, AnEntryStaysForAWhileAndGoesWithItsRun) {

@@ -22,7 +22,8 @@ namespace train_derail::ros_face {
 /// The markers of one run. What belongs to a car lies in the car's tf frame, locked to it, so that only what looks
 /// different from before need be sent. Stamps are the sender's.
 ///
-/// Namespaces, with the car's number as id: `cars` (the body in the colour of what it is), `car_parts` (trucks,
+/// Namespaces, with the car's number as id: `cars` (the body in the colour of why it left the track, or of how
+/// it lies), `car_parts` (trucks,
 /// outlines, number and bars on the roof, broken couplers), `couplers_front` and `couplers_rear` (an arrow on the roof:
 /// towards the coupler in buff, away from it in draft, in the colour of the force's class). `touches` lie in the world:
 /// a star where cars come to touch, and the closing speed above it; they fade within a simulated second.
@@ -30,13 +31,16 @@ class MarkerScene {
  public:
   /// `cars` are those of `scenario`; `interval` is the longest time from one update to the next, simulated [s].
   MarkerScene(const inputs::Scenario& scenario, const std::vector<model::Car>& cars, const Frames& frames,
-              double interval);
+              double interval, scene::Colours colours = scene::Colours::cause);
 
   /// Returns how long a touch is shown, simulated [s].
   double flash_time() const { return flash_time_; }
   /// Makes the scene that of `now`, later or earlier than what it has been. `touches` need hold only those that are at
   /// most flash_time() old.
   void update(const simulation::Snapshot& now, const std::vector<outcome::FirstTouch>& touches);
+
+  /// What the colours of cars say from the next update() on.
+  void colour_by(scene::Colours colours) { colours_ = colours; }
 
   /// Returns what has to be sent for those who have had everything so far. Forces may wait for a tenth of a simulated
   /// second unless `all` is set. May be empty.
@@ -51,12 +55,12 @@ class MarkerScene {
 
   /// What a car looks like.
   struct Shown {
-    scene::Look look = scene::Look::on_track;
+    const scene::LookFacts* facts = &facts_of(scene::Look::on_track);  ///< of its Look or of its Lie
     bool front_broken = false, rear_broken = false;
     int front_force = 0, rear_force = 0;  ///< classes of forces
 
     bool same_body(const Shown& o) const {
-      return look == o.look && front_broken == o.front_broken && rear_broken == o.rear_broken;
+      return facts == o.facts && front_broken == o.front_broken && rear_broken == o.rear_broken;
     }
   };
   /// A star in the world, and the words above it.
@@ -80,6 +84,7 @@ class MarkerScene {
   const Frames frames_;
   const bool rails_yield_;
   const double flash_time_;
+  scene::Colours colours_;
   const double above_roofs_;             ///< of all cars, above the height of one [m]
   std::vector<scene::CarShape> shapes_;  ///< one for each car
   std::vector<Shown> now_, sent_;

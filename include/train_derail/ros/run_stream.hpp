@@ -19,9 +19,10 @@ namespace train_derail::ros_face {
 
 /// What is in the messages.
 struct StreamOptions {
-  Frames frames;                  ///< names of tf frames
-  int markers_every = 1;          ///< grid points from one look at the markers to the next; 0: no markers
-  std::size_t history_bytes = 0;  ///< memory for the moments of a run, to be shown again
+  Frames frames;          ///< names of tf frames
+  int markers_every = 1;  ///< grid points from one look at the markers to the next; 0: no markers
+  scene::Colours colours = scene::Colours::cause;  ///< of the cars in the markers
+  std::size_t history_bytes = 0;                   ///< memory for the moments of a run, to be shown again
 };
 
 /// Parts of ~run_info that the simulation does not know.
@@ -58,6 +59,8 @@ class RunStream {
 
   /// Sends the changes of the markers that were left out so far.
   void complete_markers();
+  /// Changes what the colours of the cars say, of this run and of those to come, and sends the cars anew.
+  void colour_by(scene::Colours colours);
   /// Sends all markers, for somebody who has just come.
   void repeat_markers();
   /// Sends ~run_info; `message` says why the run has ended or failed.
@@ -91,7 +94,7 @@ class RunStream {
   visualization_msgs::MarkerArray stamped(visualization_msgs::MarkerArray array) const;
   bool markers_wanted() const;
 
-  const StreamOptions options_;
+  StreamOptions options_;
   const std::vector<MessageSink*> sinks_;
   SimClock clock_;
   PileUpFollower pile_up_;

@@ -14,6 +14,7 @@
 #include "train_derail/GetInputs.h"
 #include "train_derail/Restart.h"
 #include "train_derail/Seek.h"
+#include "train_derail/SetColours.h"
 #include "train_derail/SetRate.h"
 #include "train_derail/Step.h"
 #include "train_derail/ros/simulation_loop.hpp"
@@ -35,6 +36,7 @@ class Services {
   bool step(Step::Request& request, Step::Response& response);
   bool restart(Restart::Request& request, Restart::Response& response);
   bool seek(Seek::Request& request, Seek::Response& response);
+  bool set_colours(SetColours::Request& request, SetColours::Response& response);
   bool set_rate(SetRate::Request& request, SetRate::Response& response);
   bool get_inputs(GetInputs::Request& request, GetInputs::Response& response);
 

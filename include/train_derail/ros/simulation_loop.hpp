@@ -82,6 +82,7 @@ class SimulationLoop {
   Answer resume();
   /// Sets the wanted simulated seconds per wall second [-]; 0: as fast as the integrator goes.
   Answer set_rate(double rate);
+  Answer set_colours(const std::string& name);
   /// Shows a run that stands still as it was at `time` [s]; `shown` becomes the time of the moment that is shown.
   Answer seek(double time, double& shown);
   /// Returns whether there may be other runs than the present one.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "train_derail/inputs/scenario.hpp"
@@ -83,6 +84,19 @@ constexpr Lie lie_of(double tilt) {
   if (tilt < outcome::kOver) return Lie::leaning;
   return tilt <= outcome::kInverted ? Lie::on_side : Lie::inverted;
 }
+
+/// What the colours of cars say.
+enum class Colours : std::uint8_t {
+  cause,    ///< a Look: why a car left the track
+  posture,  ///< a Lie
+};
+/// In the order of Colours: what they are called outside.
+inline constexpr std::array<std::string_view, 2> kColoursNames{"cause", "posture"};
+
+/// Returns the name of what the colours say.
+constexpr std::string_view to_string(Colours colours) { return kColoursNames[static_cast<std::size_t>(colours)]; }
+/// Throws inputs::InputError, with this file (or node) and key, unless `name` is one of kColoursNames.
+Colours colours_of(const std::string& where, const std::string& key, const std::string& name);
 
 /// Colour of a broken coupler.
 inline constexpr Rgb kBrokenColour{0, 0, 0};
