@@ -35,17 +35,15 @@ struct ValidateArguments {
   bool seeds_only = false, skip_invalid = false, resume = false, quiet = false;
 };
 
-study::Study read_study(const ValidateArguments& a) {
-  std::vector<inputs::Override> overrides;
-  for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
-  study::Study study = study::read_study_file(a.study, overrides, a.spread);
-  say_warnings(study.base, overrides);
-  if (a.members > 0) {
-    study.samples = a.members;
-    study.replicates = 1;
-  }
-  validation::members_a_row(study);
-  return a.seeds_only ? validation::seeds_only(study) : study;
+validation::Plan read_plan(const ValidateArguments& a) {
+  validation::PlanChanges changes;
+  for (const std::string& text : a.set) changes.overrides.push_back(inputs::parse_override(text));
+  changes.spread = a.spread;
+  changes.members = a.members;
+  changes.seeds_only = a.seeds_only;
+  validation::Plan plan = validation::read_plan(a.study, changes);
+  for (const validation::Way* w : plan.all_ways()) say_warnings(w->study.base, changes.overrides);
+  return plan;
 }
 
 validation::AccidentTable read_table(const ValidateArguments& a) {
@@ -68,9 +66,10 @@ validation::AccidentTable read_table(const ValidateArguments& a) {
 }
 
 void say_left_out(const validation::AccidentTable& table) {
-  constexpr std::size_t kShown = 50;
+  constexpr std::size_t kShown = 10;
   if (table.left_out.empty()) return;
   std::cerr << fmt::format("derail: {}: {} rows left out\n", table.path, table.left_out.size());
+  for (const std::string& count : validation::left_out_counts(table)) std::cerr << "  " << count << "\n";
   for (std::size_t i = 0; i < std::min(kShown, table.left_out.size()); ++i) {
     std::cerr << fmt::format("  line {}: {}\n", table.left_out[i].line, table.left_out[i].text);
   }
@@ -82,10 +81,10 @@ int validate(const ValidateArguments& a) {
   expect(files::FileKind::accidents, a.table);
   expect(files::FileKind::study, a.study);
   validation::AccidentTable table = read_table(a);
-  const study::Study study = read_study(a);
-  validation::check_scenarios(study, table, a.skip_invalid);
-  if (!study.fitted_on.empty())
-    validation::read_fitted_class(study.fitted_on);  // so that a mistake is reported before the computing
+  const validation::Plan plan = read_plan(a);
+  validation::check_scenarios(plan, table, a.skip_invalid);
+  if (!plan.fitted_on.empty())
+    validation::read_fitted_class(plan.fitted_on);  // so that a mistake is reported before the computing
   say_left_out(table);
   const std::string folder = a.out.value_or(fs::path(a.table).stem().string() + ".validated");
   stop_on_signals();
@@ -93,7 +92,7 @@ int validate(const ValidateArguments& a) {
   {
     ProgressLine progress(!a.quiet);
     ensembles = validation::run(
-        study, table, {folder, useful_jobs(a.jobs), a.resume},
+        plan, table, {folder, useful_jobs(a.jobs), a.resume},
         [&](const study::Progress& p) {
           progress.update(static_cast<double>(p.done) / static_cast<double>(p.total),
                           fmt::format("{} of {} runs, {:.1f} a second{}", p.done, p.total, p.rate,
@@ -107,15 +106,15 @@ int validate(const ValidateArguments& a) {
     std::cerr << "derail: stopped; --resume goes on from here\n";
     return kInterrupted;
   }
-  const validation::Validation v = validation::evaluate(study, table, ensembles);
+  const validation::Validation v = validation::evaluate(plan, table, ensembles);
   const auto write = [&](const char* name,
                          const std::string& text) {  // the folder belongs to this validation: its files may be replaced
     files::write_file((fs::path(folder) / name).string(), text, files::Existing::replace);
   };
   write("rows.csv", validation::rows_csv(v));
-  write("members.csv", validation::members_csv(study, ensembles));
+  write("members.csv", validation::members_csv(plan, ensembles));
   write("validation.json", validation::to_json(v) + "\n");
-  study::write_about(folder, study,
+  study::write_about(folder, plan.first(),
                      {static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.warnings},
                      ensembles.wall_time);
   if (ensembles.failed > 0) {
@@ -123,7 +122,7 @@ int validate(const ValidateArguments& a) {
                              ensembles.members.size());
   }
   if (!a.quiet) {
-    std::cout << study.title << "\n"
+    std::cout << plan.title() << "\n"
               << validation::to_table(v)
               << fmt::format("{} runs in {} (rows.csv, members.csv, validation.json, about.json), {:.1f} s\n",
                              ensembles.members.size(), folder, ensembles.wall_time);
@@ -141,7 +140,9 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
       "Predict the cars derailed in real accidents, one ensemble for each row, and score it against what happened");
   add_path(sub, "DATA", a.table, "Table of accidents, CSV (columns: docs/validation.md; example: config/accidents)")
       ->required();
-  add_path(sub, "--study", a.study, "Study whose points are the members: base scenario, inputs that vary")->required();
+  add_path(sub, "--study", a.study,
+           "Study whose points are the members: base scenario, inputs that vary; or a file of ways by cause")
+      ->required();
   sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
       ->allow_extra_args(false);
   sub->add_option("--members", a.members, "Runs for each row, instead of the number in the study")

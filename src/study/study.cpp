@@ -40,7 +40,7 @@ struct FactorEntry {
   Distribution distribution = Distribution::uniform;
 };
 struct StudyEntry {
-  std::string title, scenario, fitted_on;
+  std::string title, base, scenario, fitted_on;
   YAML::Node own_scenario;  // a map if the scenario stands in the study itself
   std::vector<FactorEntry> factors;
   Plan plan = Plan::one_at_a_time;
@@ -54,6 +54,7 @@ struct StudyEntry {
 template <class V>
 void describe_study(V& v, StudyEntry& s) {
   v.text("title", s.title, "One line for tables and pictures.");
+  v.text("base", s.base, "Study that this one changes, a path relative to this file: what is left out is as there.");
   v.text_or_group("scenario", s.scenario, s.own_scenario,
                   "Base scenario: a path relative to this file, or the scenario itself.");
   v.text("fitted_on", s.fitted_on,
@@ -196,10 +197,53 @@ void require_utf8(const std::string& where, const std::string& key, const std::s
 }
 
 Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides,
-                 std::optional<double> spread) {
+                 std::optional<double> spread, std::size_t depth);
+
+/// Returns the study that the key `base` names, if there is one.
+std::optional<Study> base_of(const YAML::Node& root, const std::string& path,
+                             const std::vector<inputs::Override>& overrides, std::optional<double> spread,
+                             std::size_t depth) {
+  const YAML::Node base = root.IsMap() ? root["base"] : YAML::Node(YAML::NodeType::Undefined);
+  if (!base || !base.IsScalar()) return {};  // what else it is, is refused with the other keys
+  const std::string where = inputs::located(path, base.Mark());
+  if (depth == inputs::kBasesMax) {
+    throw InputError(where, "base", base.Scalar(),
+                     "too many studies one behind the other, or one that leads back to itself",
+                     fmt::format("at most {}", inputs::kBasesMax));
+  }
+  const std::string file = (std::filesystem::path(path).parent_path() / base.Scalar()).string();
+  return read_study(inputs::load_file(file), file, overrides, spread, depth + 1);
+}
+
+/// What a study file that leaves everything out says.
+StudyEntry entry_of(const Study& base) {
+  StudyEntry entry;
+  entry.title = base.title;
+  entry.plan = base.plan;
+  entry.samples = base.samples;
+  entry.replicates = base.replicates;
+  entry.perturbation = base.perturbation;
+  entry.outcomes = base.outcomes;
+  entry.seed = base.seed;
+  return entry;
+}
+
+/// Factors of the base, each replaced by the own one of its key, and then the other own ones.
+std::vector<Factor> joined(std::vector<Factor> base, const std::vector<Factor>& own) {
+  for (const Factor& f : own) {
+    const auto same = std::find_if(base.begin(), base.end(), [&](const Factor& b) { return b.key == f.key; });
+    if (same == base.end()) base.push_back(f);
+    else *same = f;
+  }
+  return base;
+}
+
+Study read_study(const YAML::Node& root, const std::string& path, const std::vector<inputs::Override>& overrides,
+                 std::optional<double> spread, std::size_t depth) {
   inputs::KeyPlaces places;
   const std::vector<inputs::Override> none;
-  StudyEntry entry;
+  const std::optional<Study> base = base_of(root, path, overrides, spread, depth);
+  StudyEntry entry = base ? entry_of(*base) : StudyEntry();
   inputs::TreeReader reader(root, "", path, none, places);
   describe_study(reader, entry);
   reader.finish();
@@ -212,13 +256,13 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     throw InputError("command line", "--spread", fmt::format("{}", *spread), "out of range", kSpreads.text("1"));
   }
   const bool own_scenario = entry.own_scenario.IsMap();
-  if (entry.scenario.empty() && !own_scenario)
+  if (entry.scenario.empty() && !own_scenario && !base)
     throw InputError(path, "scenario", "", "missing", "a path relative to this file, or the scenario itself");
-  if (places.count("factors") == 0) {
+  if (places.count("factors") == 0 && !base) {
     throw InputError(inputs::located(path, root.Mark()), "factors", "", "missing",
                      "a list of groups; [] for an ensemble of the scenario itself");
   }
-  if (entry.factors.empty() && random(entry.plan)) {
+  if (entry.factors.empty() && random(entry.plan) && !(base && !base->factors.empty())) {
     throw InputError(where("factors"), "factors", "[]", "this plan samples inputs, but there are no factors",
                      "at least one, or another plan");
   }
@@ -264,14 +308,20 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
   Study study;
   study.source = path;
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  study.base = own_scenario ? inputs::read_scenario(inputs::layers(entry.own_scenario, path, folder), path, overrides)
-                            : inputs::read_scenario_file((folder / entry.scenario).string(), overrides);
+  if (own_scenario) {
+    study.base = inputs::read_scenario(inputs::layers(entry.own_scenario, path, folder), path, overrides);
+  } else if (!entry.scenario.empty()) {
+    study.base = inputs::read_scenario_file((folder / entry.scenario).string(), overrides);
+  } else {
+    study.base = base->base;
+  }
   if (!entry.fitted_on.empty()) study.fitted_on = (folder / entry.fitted_on).string();
+  else if (base) study.fitted_on = base->fitted_on;
   study.title = entry.title;
   study.plan = entry.plan;
   study.samples = entry.samples;
   study.replicates = entry.replicates;
-  study.perturbation = places.count("perturbation") > 0 ? entry.perturbation : study.base.initial.perturbation;
+  study.perturbation = places.count("perturbation") > 0 || base ? entry.perturbation : study.base.initial.perturbation;
   study.seed = entry.seed;
   for (const inputs::KeyValue& v : inputs::key_values(study.base))
     require_utf8(own_scenario ? path : entry.scenario, v.key, v.value);
@@ -281,8 +331,13 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
     study.factors.push_back(
         resolve(entry.factors[i], entry, study.base, tree, where(fmt::format("factors[{}].key", i))));
   }
-  for (std::size_t i = 0; i < study.factors.size(); ++i)
-    refuse_idle(study, study.factors[i], where(fmt::format("factors[{}].key", i)));
+  if (random(study.plan)) study = widened(std::move(study), spread.value_or(entry.spread));
+  const std::vector<Factor> own = study.factors;
+  if (base) study.factors = joined(base->factors, own);
+  for (const Factor& f : study.factors) {
+    const auto at = std::find_if(own.begin(), own.end(), [&](const Factor& o) { return o.key == f.key; });
+    refuse_idle(study, f, where(at == own.end() ? "base" : fmt::format("factors[{}].key", at - own.begin())));
+  }
   study.outcomes = entry.outcomes;
   std::string known;
   for (const auto& q : outcome::quantities()) known += (known.empty() ? "" : ", ") + std::string(q.name);
@@ -294,7 +349,6 @@ Study read_study(const YAML::Node& root, const std::string& path, const std::vec
       throw InputError(where("outcomes"), "outcomes", name, "unknown outcome", known);
     }
   }
-  if (random(study.plan)) study = widened(std::move(study), spread.value_or(entry.spread));
   run_count(study);
   return study;
 }
@@ -315,11 +369,11 @@ Study ensemble_of(const inputs::Scenario& scenario, int replicates) {
 
 Study read_study_file(const std::string& path, const std::vector<inputs::Override>& overrides,
                       std::optional<double> spread) {
-  return read_study(inputs::load_file(path), path, overrides, spread);
+  return read_study(inputs::load_file(path), path, overrides, spread, 0);
 }
 
 Study read_study_text(const std::string& text, const std::string& path) {
-  return read_study(inputs::load_text(text, path), path, {}, {});
+  return read_study(inputs::load_text(text, path), path, {}, {}, 0);
 }
 
 Study widened(Study study, double factor) {

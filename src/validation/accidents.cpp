@@ -14,7 +14,9 @@
 
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/number.hpp"
+#include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/validation/drawn_train.hpp"
 
 namespace train_derail::validation {
 
@@ -78,7 +80,8 @@ class RowReader {
     const auto place = std::find(file_.names.begin(), file_.names.end(), column) - file_.names.begin();
     return line_.fields.at(static_cast<std::size_t>(place));
   }
-  std::string text_if_any(const std::string& column) const { return file_.has(column) ? text(column) : ""; }
+  bool has(const std::string& column) const { return file_.has(column); }
+  std::string text_if_any(const std::string& column) const { return has(column) ? text(column) : ""; }
 
   int count(const std::string& column, int min, int max) const {
     return number<int>(column, fmt::format("a whole number from {} to {}", min, max), min,
@@ -87,6 +90,12 @@ class RowReader {
   /// The same, but an empty field is 0.
   int count_or_blank(const std::string& column) const {
     return text_if_any(column).empty() ? 0 : count(column, 0, kCountMax);
+  }
+  /// A number from 0 on; an empty field is 0.
+  double amount_or_blank(const std::string& column, double max) const {
+    if (text(column).empty()) return 0.0;
+    return number<double>(column, fmt::format("a number, 0 <= {} <= {}", column, max), max,
+                          [&](double value) { return value >= 0.0 && value <= max; });
   }
   double positive(const std::string& column, double max) const {
     return number<double>(column, fmt::format("a number, 0 < {} <= {}", column, max), max,
@@ -128,6 +137,17 @@ Accident begin_row(const RowReader& reader, const Line& line) {
   return a;
 }
 
+constexpr int kCaboosesMax = 2;
+
+/// What is neither loaded nor empty are cabooses.
+void check_loads(const RowReader& reader, const Accident& a) {
+  const int others = a.n_cars - *a.loaded_cars - *a.empty_cars;
+  if (others >= 0 && others <= kCaboosesMax) return;
+  reader.wrong("loaded", fmt::format("{}", *a.loaded_cars),
+               fmt::format("does not fit empty = {} and n_cars = {}", *a.empty_cars, a.n_cars),
+               fmt::format("loaded + empty from n_cars - {} to n_cars", kCaboosesMax));
+}
+
 Accident read_row(const File& file, const Line& line, std::vector<InputError>& errors) {
   const std::size_t before = errors.size();
   const RowReader reader(file, line, errors);
@@ -144,6 +164,8 @@ Accident read_row(const File& file, const Line& line, std::vector<InputError>& e
   for (const char* column : {"empty_cars", "empty"}) {
     if (file.has(column) && !a.empty_cars) a.empty_cars = reader.count_or_blank(column);
   }
+  if (a.empty_cars && file.has("loaded")) a.loaded_cars = reader.count_or_blank("loaded");
+  if (errors.size() == before && a.loaded_cars) check_loads(reader, a);
   if (errors.size() == before && a.first_car_position - 1 + a.cars_from_pod_to_rear != a.n_cars) {
     reader.wrong("cars_from_pod_to_rear", fmt::format("{}", a.cars_from_pod_to_rear),
                  fmt::format("does not fit first_car_position = {} and n_cars = {}", a.first_car_position, a.n_cars),
@@ -184,10 +206,11 @@ void require(const File& file, std::initializer_list<const char*> columns) {
 }
 
 // Columns of form 6180.54 of the Federal Railroad Administration. A row is one report. A suffix 1 means what the train
-// had, a suffix 2 what of it derailed.
-const std::vector<std::string> kFormColumns{"RAILROAD", "INCDTNO", "TYPE",    "TRNSPD",  "TONS",    "POSITON1",
-                                            "HEADEND1", "LOADF1",  "LOADP1",  "EMPTYF1", "EMPTYP1", "LOADF2",
-                                            "LOADP2",   "EMPTYF2", "EMPTYP2", "CAUSE"};
+// had, a suffix 2 what of it derailed. CARS, CARSDMG, CARSHZD count cars with hazardous materials: in the train,
+// damaged or derailed, releasing. POSITON1 is the first car involved, POSITON2 the one that caused it.
+const std::vector<std::string> kFormColumns{"RAILROAD", "INCDTNO",  "TYPE",   "TRNSPD",  "TONS",
+                                            "POSITON1", "HEADEND1", "LOADF1", "LOADP1",  "EMPTYF1",
+                                            "EMPTYP1",  "LOADF2",   "LOADP2", "EMPTYF2", "EMPTYP2"};
 const std::vector<std::string> kMadeColumns{"date",
                                             "railroad",
                                             "incdtno",
@@ -195,7 +218,8 @@ const std::vector<std::string> kMadeColumns{"date",
                                             "station",
                                             "speed_mph",
                                             "n_cars",
-                                            "empty_cars",
+                                            "loaded",
+                                            "empty",
                                             "trailing_tons",
                                             "tons_per_car",
                                             "head_end_locos",
@@ -203,13 +227,71 @@ const std::vector<std::string> kMadeColumns{"date",
                                             "rear_locos",
                                             "first_car_position",
                                             "cars_from_pod_to_rear",
+                                            "causing_car_position",
                                             "cars_derailed",
-                                            "cause"};
+                                            "loaded_derailed",
+                                            "empty_derailed",
+                                            "locos_derailed",
+                                            "cause",
+                                            "track_class",
+                                            "hazmat_cars",
+                                            "hazmat_damaged",
+                                            "hazmat_released"};
 
 bool is_form(const File& file) { return file.has("INCDTNO") && file.has("TRNSPD"); }
 
-Accident read_form_row(const File& file, const Line& line, std::vector<InputError>& errors,
-                       std::vector<Remark>& notes) {
+/// Some exports name the cause CAUSE, others ACCAUSE.
+const char* cause_column(const File& file) { return file.has("CAUSE") ? "CAUSE" : "ACCAUSE"; }
+
+/// Why a report is none of a derailment of a freight train that can be reckoned; nothing if it is one.
+using LeftOut = std::optional<Remark>;
+
+LeftOut not_such_a_train(const RowReader& reader, std::size_t line) {
+  struct Wanted {
+    const char *column, *value, *why;
+  };
+  for (const Wanted& w : {Wanted{"TYPE", "01", "no derailment"},
+                          {"TYPEQ", "1", "no freight train"},
+                          {"TYPTRK", "1", "not on a main track"}}) {
+    const std::string& is = reader.text_if_any(w.column);
+    // Some exports write 1 for 01. A column that the export lacks is not asked for; a blank field is another kind.
+    const bool same = is == w.value || "0" + is == w.value || is == "0" + std::string(w.value);
+    if (!same && reader.has(w.column))
+      return Remark{line, fmt::format("{} = '{}': {}; allowed: {}", w.column, is, w.why, w.value), w.why};
+  }
+  return {};
+}
+
+// Beyond these a mistake in the report is likely.
+constexpr double kFormTonsMin = 20.0, kFormTonsMax = 160.0;  // short tons a car
+
+LeftOut not_usable(const RowReader& reader, const Accident& a, double tons) {
+  const auto out = [&](const std::string& what, const std::string& why) {
+    return Remark{a.line, what + ": " + why, why};
+  };
+  if (a.n_cars < 1) {
+    const std::string other = reader.text_if_any("INCDTNO2");
+    return out(
+        fmt::format("LOADF1 + LOADP1 + EMPTYF1 + EMPTYP1 + CABOOSE1 = 0{}",
+                    other.empty() ? "" : ", the train is in the report of " + reader.text_if_any("RR2") + ", " + other),
+        "no cars");
+  }
+  if (!(a.speed_mph > 0.0)) return out(fmt::format("TRNSPD = '{}'", reader.text("TRNSPD")), "speed not above 0");
+  if (a.cars_derailed < 1 || a.cars_derailed > a.n_cars)
+    return out(fmt::format("LOADF2 + LOADP2 + EMPTYF2 + EMPTYP2 + CABOOSE2 = {} of {} cars", a.cars_derailed, a.n_cars),
+               a.cars_derailed < 1 ? "no car derailed" : "more cars derailed than the train has");
+  const double each = tons / a.n_cars;
+  if (each < kFormTonsMin || each > kFormTonsMax)
+    return out(fmt::format("TONS = '{}' for {} cars", reader.text("TONS"), a.n_cars),
+               fmt::format("weight of a car not from {} to {} tons", kFormTonsMin, kFormTonsMax));
+  if (a.first_car_position < 1 || a.first_car_position > a.n_cars + a.head_end_locos)
+    return out(fmt::format("POSITON1 = '{}' of {} cars", reader.text("POSITON1"), a.n_cars),
+               "position not in the train");
+  return {};
+}
+
+Accident read_form_row(const File& file, const Line& line, std::vector<InputError>& errors, std::vector<Remark>& notes,
+                       LeftOut& left_out) {
   const std::size_t before = errors.size();
   const RowReader reader(file, line, errors);
   const auto sum = [&](std::initializer_list<const char*> columns) {
@@ -219,62 +301,68 @@ Accident read_form_row(const File& file, const Line& line, std::vector<InputErro
   };
   Accident a;
   a.line = line.number;
-  if (reader.text("TYPE") != "01") {
-    reader.wrong("TYPE", reader.text("TYPE"), "not a derailment", "01");
-    return a;
-  }
-  a.n_cars = sum({"LOADF1", "LOADP1", "EMPTYF1", "EMPTYP1", "CABOOSE1"});
-  if (errors.size() == before && (a.n_cars < 1 || a.n_cars > kCountMax)) {
-    const std::string other = reader.text_if_any("INCDTNO2");
-    reader.wrong("LOADF1 + LOADP1 + EMPTYF1 + EMPTYP1 + CABOOSE1", fmt::format("{}", a.n_cars),
-                 other.empty()
-                     ? "no cars"
-                     : fmt::format("no cars; the train is in the report of {}, {}", reader.text("RR2"), other),
-                 fmt::format("1 to {} cars", kCountMax));
-    return a;
-  }
-  a.speed_mph = reader.positive("TRNSPD", kSpeedMax);
-  const double tons = reader.tons("TONS", a.n_cars);
-  a.tons_per_car = std::round(10.0 * tons / a.n_cars) / 10.0;
+  left_out = not_such_a_train(reader, line.number);
+  if (left_out) return a;
+  constexpr double kFormMost = 1e6;  // tons of a train
+  a.loaded_cars = sum({"LOADF1", "LOADP1"});
   a.empty_cars = sum({"EMPTYF1", "EMPTYP1"});
+  a.n_cars = *a.loaded_cars + *a.empty_cars + sum({"CABOOSE1"});
+  if (a.n_cars > kCountMax)
+    reader.wrong("LOADF1 + LOADP1 + EMPTYF1 + EMPTYP1 + CABOOSE1", fmt::format("{}", a.n_cars), "too many cars",
+                 fmt::format("at most {}", kCountMax));
+  a.speed_mph = reader.amount_or_blank("TRNSPD", kSpeedMax);
+  const double tons = reader.amount_or_blank("TONS", kFormMost);
   a.head_end_locos = sum({"HEADEND1"});
   a.mid_locos = sum({"MIDMAN1", "MIDREM1"});
   a.rear_locos = sum({"RMAN1", "RREM1"});
-  a.cause = reader.text("CAUSE");
+  a.cause = reader.text(cause_column(file));
   a.cars_derailed = sum({"LOADF2", "LOADP2", "EMPTYF2", "EMPTYP2", "CABOOSE2"});
-  if (a.cars_derailed < 1 || a.cars_derailed > a.n_cars) {
-    reader.wrong("LOADF2 + LOADP2 + EMPTYF2 + EMPTYP2 + CABOOSE2", fmt::format("{}", a.cars_derailed),
-                 a.cars_derailed < 1 ? "no car derailed" : "more cars than the train has",
-                 fmt::format("1 to {}", a.n_cars));
-  }
-  // The form asks for the position among the cars, but some railroads count the locomotives ahead of them too.
-  a.first_car_position = reader.count("POSITON1", 1, a.n_cars + a.head_end_locos);
+  a.first_car_position = reader.count_or_blank("POSITON1");
+  const int loads_derailed = sum({"LOADF2", "LOADP2"}), empties_derailed = sum({"EMPTYF2", "EMPTYP2"}),
+            locomotives_derailed = sum({"HEADEND2", "MIDMAN2", "MIDREM2", "RMAN2", "RREM2"}),
+            causing = sum({"POSITON2"}), hazmat = sum({"CARS"}), damaged = sum({"CARSDMG"}),
+            released = sum({"CARSHZD"});
   if (errors.size() > before) return a;
+  left_out = not_usable(reader, a, tons);
+  if (left_out) return a;
+  a.tons_per_car = std::round(10.0 * tons / a.n_cars) / 10.0;
+  // The form asks for the position among the cars, but some railroads count the locomotives ahead of them too.
   if (a.first_car_position > a.n_cars) {
     a.first_car_position -= a.head_end_locos;
-    notes.push_back(
-        {a.line, fmt::format("POSITON1 = '{}' in a train of {} cars must include the locomotives: {} is used",
-                             reader.text("POSITON1"), a.n_cars, a.first_car_position)});
+    notes.push_back({a.line,
+                     fmt::format("POSITON1 = '{}' in a train of {} cars must include the locomotives: {} is used",
+                                 reader.text("POSITON1"), a.n_cars, a.first_car_position),
+                     ""});
   }
   a.cars_from_pod_to_rear = a.n_cars - a.first_car_position + 1;
   const auto date = reader.text_if_any("YEAR4") + "-" + reader.text_if_any("MONTH") + "-" + reader.text_if_any("DAY");
+  const auto whole = [](int value) { return fmt::format("{}", value); };
   a.fields = {date,
               reader.text("RAILROAD"),
               reader.text("INCDTNO"),
               reader.text_if_any("STATE"),
               reader.text_if_any("STATION"),
               fmt::format("{}", a.speed_mph),
-              fmt::format("{}", a.n_cars),
-              fmt::format("{}", *a.empty_cars),
+              whole(a.n_cars),
+              whole(*a.loaded_cars),
+              whole(*a.empty_cars),
               fmt::format("{}", tons),
               fmt::format("{}", a.tons_per_car),
-              fmt::format("{}", a.head_end_locos),
-              fmt::format("{}", a.mid_locos),
-              fmt::format("{}", a.rear_locos),
-              fmt::format("{}", a.first_car_position),
-              fmt::format("{}", a.cars_from_pod_to_rear),
-              fmt::format("{}", a.cars_derailed),
-              a.cause};
+              whole(a.head_end_locos),
+              whole(a.mid_locos),
+              whole(a.rear_locos),
+              whole(a.first_car_position),
+              whole(a.cars_from_pod_to_rear),
+              whole(causing),
+              whole(a.cars_derailed),
+              whole(loads_derailed),
+              whole(empties_derailed),
+              whole(locomotives_derailed),
+              a.cause,
+              reader.text_if_any("TRKCLAS"),
+              whole(hazmat),
+              whole(damaged),
+              whole(released)};
   return a;
 }
 
@@ -299,18 +387,23 @@ void read_form(const File& file, AccidentTable& table, std::vector<InputError>& 
     throw InputError(file.path + ":1", column, "", "missing column",
                      "the columns of form 6180.54 (docs/validation.md)");
   }
+  if (!file.has(cause_column(file)))
+    throw InputError(file.path + ":1", "CAUSE", "", "missing column", "CAUSE or ACCAUSE (docs/validation.md)");
   table.columns = kMadeColumns;
   struct Report {
     Accident accident;
     std::vector<InputError> errors;
     std::vector<Remark> notes;
+    LeftOut left_out;
+
+    bool good() const { return errors.empty() && !left_out; }
   };
   std::vector<Report> reports;
   std::map<std::string, std::size_t> accident_of;   // index of the accident for each number under which it is reported
   std::vector<std::vector<std::size_t>> accidents;  // indices of the reports of each accident
   for (const Line& line : file.rows) {
     Report report;
-    report.accident = read_form_row(file, line, report.errors, report.notes);
+    report.accident = read_form_row(file, line, report.errors, report.notes, report.left_out);
     const std::vector<std::string> names = names_of_accident(RowReader(file, line, report.errors));
     std::size_t accident = accidents.size();
     for (const std::string& name : names) {
@@ -323,16 +416,18 @@ void read_form(const File& file, AccidentTable& table, std::vector<InputError>& 
     reports.push_back(std::move(report));
   }
   for (const std::vector<std::size_t>& of_one : accidents) {
-    const auto good =
-        std::find_if(of_one.begin(), of_one.end(), [&](std::size_t i) { return reports[i].errors.empty(); });
+    const auto good = std::find_if(of_one.begin(), of_one.end(), [&](std::size_t i) { return reports[i].good(); });
     const std::size_t kept = good == of_one.end() ? of_one.front() : *good;
     for (const std::size_t i : of_one) {
       if (i == kept) continue;
       const std::size_t line = reports[kept].accident.line;
-      table.left_out.push_back(
-          {reports[i].accident.line, fmt::format("a second report of the accident in line {}", line)});
+      table.left_out.push_back({reports[i].accident.line,
+                                fmt::format("a second report of the accident in line {}", line),
+                                "a second report of an accident"});
     }
-    if (good == of_one.end()) {
+    if (reports[kept].left_out) {
+      table.left_out.push_back(*reports[kept].left_out);
+    } else if (good == of_one.end()) {
       errors.insert(errors.end(), reports[kept].errors.begin(), reports[kept].errors.end());
     } else {
       table.rows.push_back(std::move(reports[kept].accident));
@@ -378,7 +473,8 @@ AccidentTable read_accidents(const std::string& path, bool skip_invalid) {
           {1,
            fmt::format("a table of posture: assumed are {} short tons a loaded car, {} an empty one, by the derailed "
                        "ones, {} locomotives in front, and that the derailed cars were in the middle of the train",
-                       kTonsLoaded, kTonsEmpty, kLocomotives)});
+                       kTonsLoaded, kTonsEmpty, kLocomotives),
+           ""});
     } else {
       require(file, {"speed_mph", "n_cars", "tons_per_car", "head_end_locos", "mid_locos", "rear_locos",
                      "first_car_position", "cars_from_pod_to_rear", "cars_derailed"});
@@ -394,7 +490,7 @@ AccidentTable read_accidents(const std::string& path, bool skip_invalid) {
     const std::string what = std::string(e.what()).substr(e.where().size() + 2);  // without file and line
     const auto told = std::find_if(table.left_out.begin(), table.left_out.end(),
                                    [&](const Remark& r) { return r.line == line_of(e); });
-    if (told == table.left_out.end()) table.left_out.push_back({line_of(e), what});
+    if (told == table.left_out.end()) table.left_out.push_back({line_of(e), what, "cannot be read"});
     else told->text += "; " + what;
   }
   std::stable_sort(table.left_out.begin(), table.left_out.end(),
@@ -405,50 +501,108 @@ AccidentTable read_accidents(const std::string& path, bool skip_invalid) {
   return table;
 }
 
-inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& a) {
+std::vector<std::string> left_out_counts(const AccidentTable& table) {
+  std::map<std::string, int> counts;
+  for (const Remark& r : table.left_out) ++counts[r.why];
+  std::vector<std::pair<int, std::string>> sorted;
+  for (const auto& [why, count] : counts) sorted.emplace_back(-count, why);
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<std::string> texts;
+  for (const auto& [count, why] : sorted) texts.push_back(fmt::format("{}: {}", -count, why));
+  return texts;
+}
+
+namespace {
+
+/// The blocks of a base's consist from which trains are made; null: there is none.
+struct Templates {
   const CarBlock *locomotive = nullptr, *car = nullptr, *last = nullptr;
+};
+
+Templates templates_of(const inputs::Scenario& base) {
+  Templates t;
   for (const CarBlock& block : base.consist) {
     if (is_locomotive(block)) {
-      if (locomotive == nullptr) locomotive = &block;
+      if (t.locomotive == nullptr) t.locomotive = &block;
     } else {
-      if (car == nullptr) car = &block;
-      last = &block;
+      if (t.car == nullptr) t.car = &block;
+      t.last = &block;
     }
   }
-  if (car == nullptr) {
+  if (t.car == nullptr) {
     throw InputError("scenario", "consist", "", "no block of cars from which trains can be made",
                      "a block whose name is not locomotive");
   }
+  return t;
+}
 
-  CarBlock remote = locomotive == nullptr ? CarBlock{} : *locomotive;
-  remote.brake_source = inputs::BrakeSource::remote;
-  std::vector<CarBlock> consist;
-  const CarBlock* previous = nullptr;
-  const auto add = [&](const CarBlock& block, int count) {
-    if (count == 0) return;
-    if (&block == previous) {
-      consist.back().count += count;
-      return;
+/// A car like the template, of the weight and kind that were drawn.
+CarBlock drawn_car(const CarBlock& like, const DrawnTrain& drawn, bool empty, double coupler_length) {
+  CarBlock block = like;
+  block.weight = (empty ? drawn.empty_tons : drawn.loaded_tons) * kShortTon;
+  const inputs::CarType* type = empty ? drawn.empty_type : drawn.loaded_type;
+  if (type == nullptr) return block;
+  block.name = type->body;
+  block.length = type->length - coupler_length;
+  block.width = type->width;
+  block.truck_spacing = type->truck_spacing;
+  block.truck_spacing_factor.reset();
+  return block;
+}
+
+/// The cars of a train, foremost first.
+class Cars {
+ public:
+  Cars(const inputs::Scenario& base, const Accident& a, std::uint64_t seed)
+      : drawn_(draw_train(a, seed)), tons_(a.tons_per_car), coupler_length_(base.coupler.length) {}
+
+  /// Adds cars number `from` to `to` - 1, from 0, to the consist; cars that are alike share a block.
+  void add(std::vector<CarBlock>& consist, const CarBlock& like, int from, int to) const {
+    for (int i = from; i < to; ++i) {
+      const bool empty = drawn_ && drawn_->empty[static_cast<std::size_t>(i)];
+      if (i > from && (!drawn_ || empty == drawn_->empty[static_cast<std::size_t>(i - 1)])) {
+        ++consist.back().count;
+        continue;
+      }
+      consist.push_back(drawn_ ? drawn_car(like, *drawn_, empty, coupler_length_) : like);
+      if (!drawn_) consist.back().weight = tons_ * kShortTon;
+      consist.back().count = 1;
     }
-    previous = &block;
-    consist.push_back(block);
-    consist.back().count = count;
-    if (!is_locomotive(block)) consist.back().weight = a.tons_per_car * kShortTon;
+  }
+
+ private:
+  std::optional<DrawnTrain> drawn_;
+  double tons_, coupler_length_;
+};
+
+}  // namespace
+
+inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& a, std::uint64_t seed) {
+  const Templates t = templates_of(base);
+  const int ahead = a.first_car_position - 1, count = ahead + a.cars_from_pod_to_rear;
+  const int before_middle = t.locomotive != nullptr && a.mid_locos > 0 ? count / 2 : 0;
+  const Cars cars(base, a, seed);
+  std::vector<CarBlock> consist;
+  const auto locomotives = [&](int number, inputs::BrakeSource source) {
+    if (t.locomotive == nullptr || number == 0) return;
+    consist.push_back(*t.locomotive);
+    consist.back().count = number;
+    if (source == inputs::BrakeSource::remote) consist.back().brake_source = source;
   };
-  const int ahead = a.first_car_position - 1, cars = ahead + a.cars_from_pod_to_rear;
-  const int before_middle = a.mid_locos > 0 ? cars / 2 : 0;
-  if (locomotive != nullptr) add(*locomotive, a.head_end_locos);
-  add(*car, before_middle);
-  if (locomotive != nullptr) add(remote, a.mid_locos);
-  add(*car, cars - 1 - before_middle);
-  add(*last, 1);
-  if (locomotive != nullptr) add(remote, a.rear_locos);
+  locomotives(a.head_end_locos, inputs::BrakeSource::none);
+  cars.add(consist, *t.car, 0, before_middle);
+  locomotives(a.mid_locos, inputs::BrakeSource::remote);
+  // One block from here to the end if the last car is like the others.
+  const bool alike = t.last == t.car;
+  cars.add(consist, *t.car, before_middle, alike ? count : count - 1);
+  if (!alike) cars.add(consist, *t.last, count - 1, count);
+  locomotives(a.rear_locos, inputs::BrakeSource::remote);
 
   inputs::Scenario scenario = base;
   scenario.consist = consist;
   scenario.initial.speed = a.speed_mph * inputs::kMph;
   const bool middle_ahead = a.mid_locos > 0 && ahead >= before_middle;
-  const int locomotives_ahead = locomotive == nullptr ? 0 : a.head_end_locos + (middle_ahead ? a.mid_locos : 0);
+  const int locomotives_ahead = t.locomotive == nullptr ? 0 : a.head_end_locos + (middle_ahead ? a.mid_locos : 0);
   scenario.initial.cars_ahead = ahead + locomotives_ahead;
   return scenario;
 }

@@ -12,8 +12,7 @@
 namespace train_derail::validation {
 
 /// Returns the format of a validation's journal: its columns, the number of the run first, and the check of a row.
-study::JournalFormat journal_format(const study::Study& study, const AccidentTable& accidents,
-                                    const std::string& identity);
+study::JournalFormat journal_format(const Plan& plan, const AccidentTable& accidents, const std::string& identity);
 
 /// Returns the number of a run. It depends only on the line of the row in the file and on the member, not on which
 /// other rows are used.
@@ -25,7 +24,8 @@ std::vector<std::string> fields_of(const Accident& accident, std::int64_t number
 /// Returns what evaluate() needs of a member, from a good row of the journal.
 Member member_from(const std::vector<std::string>& fields);
 
-/// Returns a row of the journal as a line of members.csv, with the inputs of its point.
-std::string line_of(std::vector<std::string> fields, const study::Point& point);
+/// Returns a row of the journal as a line of members.csv, with its way, if the plan is by cause, and its inputs: those
+/// of plan.keys(), empty where the way does not vary them.
+std::string line_of(std::vector<std::string> fields, const Plan& plan, const Way& way, const study::Point& point);
 
 }  // namespace train_derail::validation

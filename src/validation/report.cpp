@@ -129,7 +129,7 @@ std::string to_json(const Validation& v) {
   const study::PredictiveRanks ranks = ranks_of(v);
   ordered_json j{
       {"table", v.accidents.path},
-      {"study", v.study.title},
+      {"study", v.plan.title()},
       {"rows", v.accidents.rows.size()},
       {"members", v.members},
       {"failed", v.failed},
@@ -139,6 +139,7 @@ std::string to_json(const Validation& v) {
       {"fitted_on", v.fitted.title},
       {"outside", outside_count(v)},
       {"warnings", v.warnings},
+      {"left_out_counts", left_out_counts(v.accidents)},
       {"left_out", to_json(v.accidents.left_out)},
       {"notes", to_json(v.accidents.notes)}};
   for (const Group& g : v.groups) j["groups"].push_back(to_json(g));
@@ -160,6 +161,7 @@ std::string rows_csv(const Validation& v) {
                            "predicted_members", "crps", "stretched_low", "stretched_high", "outside"}) {
     names.emplace_back(name);
   }
+  if (v.plan.by_cause()) names.emplace_back("cause_group");
   for (const Fit& f : v.fits) {
     names.emplace_back(to_string(f.kind));
     names.push_back(names.back() + "_left_out");
@@ -175,6 +177,7 @@ std::string rows_csv(const Validation& v) {
     fields.push_back(fmt::format("{}", p.count));
     for (const double value : {v.crps[i], v.stretched.low[i], v.stretched.high[i]}) fields.push_back(field(value));
     fields.push_back(v.outside[i]);
+    if (v.plan.by_cause()) fields.push_back(v.plan.group_of(a));
     for (const Fit& f : v.fits) {
       fields.push_back(field(f.fitted[i]));
       fields.push_back(field(f.left_out[i]));
@@ -207,8 +210,7 @@ std::int64_t run_number(const Accident& accident, std::int64_t members, std::int
   return static_cast<std::int64_t>(accident.line) * members + member;
 }
 
-study::JournalFormat journal_format(const study::Study& study, const AccidentTable& accidents,
-                                    const std::string& identity) {
+study::JournalFormat journal_format(const Plan& plan, const AccidentTable& accidents, const std::string& identity) {
   struct Limits {
     int cars, locomotives;
   };
@@ -216,17 +218,17 @@ study::JournalFormat journal_format(const study::Study& study, const AccidentTab
   for (const Accident& a : accidents.rows) {
     rows[static_cast<std::int64_t>(a.line)] = {a.n_cars, a.head_end_locos + a.mid_locos + a.rear_locos};
   }
-  study::Study plan;  // run_of() needs only these two
-  plan.seed = study.seed;
-  plan.replicates = study.replicates;
+  study::Study seeds;  // run_of() needs only these two
+  seeds.seed = plan.first().seed;
+  seeds.replicates = plan.first().replicates;
   study::JournalFormat format{"validation", identity, journal_columns(), {}};
-  format.flaw = [plan, rows, members = members_a_row(study),
+  format.flaw = [seeds, rows, members = members_a_row(plan),
                  columns = format.columns](const std::vector<std::string>& fields) -> std::string {
     const std::int64_t number = std::stoll(fields[0]), line = number / members;
     const auto row = rows.find(line);
     if (row == rows.end()) return fmt::format("run {}: no row of the table", number);
     if (fields[kLine] != fmt::format("{}", line) || fields[kMember] != fmt::format("{}", number % members) ||
-        fields[kSeed] != fmt::format("{}", study::run_of(plan, number).seed)) {
+        fields[kSeed] != fmt::format("{}", study::run_of(seeds, number).seed)) {
       return fmt::format("run {}: line, member or seed are not those of the plan", number);
     }
     std::string problem;
@@ -278,16 +280,25 @@ Member member_from(const std::vector<std::string>& fields) {
   return m;
 }
 
-std::string line_of(std::vector<std::string> fields, const study::Point& point) {
+std::string line_of(std::vector<std::string> fields, const Plan& plan, const Way& way, const study::Point& point) {
+  std::vector<std::string> inputs;
+  if (plan.by_cause()) inputs.push_back(way.name);
+  for (const std::string& key : plan.keys()) {
+    const auto& factors = way.study.factors;
+    const auto of = std::find_if(factors.begin(), factors.end(), [&](const study::Factor& f) { return f.key == key; });
+    inputs.push_back(of == factors.end() ? "" : point.values[static_cast<std::size_t>(of - factors.begin())]);
+  }
   fields.erase(fields.begin());
-  fields.insert(fields.begin() + kBeforeInputs, point.values.begin(), point.values.end());
+  fields.insert(fields.begin() + kBeforeInputs, inputs.begin(), inputs.end());
   return files::csv_row(fields);
 }
 
-std::string members_csv(const study::Study& study, const Ensembles& ensembles) {
-  study::Point keys;
-  for (const study::Factor& f : study.factors) keys.values.push_back(f.key);
-  std::string text = line_of(journal_columns(), keys) + "\n";
+std::string members_csv(const Plan& plan, const Ensembles& ensembles) {
+  std::vector<std::string> names = journal_columns(), inputs = plan.keys();
+  if (plan.by_cause()) inputs.insert(inputs.begin(), "way");
+  names.erase(names.begin());
+  names.insert(names.begin() + kBeforeInputs, inputs.begin(), inputs.end());
+  std::string text = files::csv_row(names) + "\n";
   for (const Member& m : ensembles.members) text += m.text + "\n";
   return text;
 }

@@ -13,6 +13,7 @@
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/study/journal.hpp"
+#include "train_derail/validation/drawn_train.hpp"
 #include "validation/member_text.hpp"
 
 namespace train_derail::validation {
@@ -26,7 +27,8 @@ Member compute(const study::Study& study, const Accident& accident, const study:
   Member m;
   m.seed = run.seed;
   try {
-    const inputs::Scenario scenario = scenario_of(study::scenario_of(study, point, run), accident);
+    const inputs::Scenario scenario =
+        scenario_of(study::scenario_of(study, point, run), accident, static_cast<std::uint64_t>(run.seed));
     simulation::Simulation simulation(scenario);
     simulation.run(&stop);
     m.outcome = simulation.outcome();
@@ -116,30 +118,6 @@ std::vector<PostureBand> score_posture(const AccidentTable& accidents, const Ens
 
 }  // namespace
 
-study::Study seeds_only(study::Study study) {
-  study.replicates = static_cast<int>(members_a_row(study));
-  study.factors.clear();
-  study.plan = study::Plan::grid;
-  return study;
-}
-
-std::int64_t members_a_row(const study::Study& study) {
-  const bool sampled = study.plan == study::Plan::latin_hypercube;
-  if (!sampled && !study.factors.empty()) {
-    throw InputError("study", "plan", "", "every row needs a random sample of its own",
-                     to_string(study::Plan::latin_hypercube));
-  }
-  if (study.engine != study::EngineChoice::purpose_built)
-    throw InputError("study", "engine", to_string(study.engine), "knows no rails",
-                     to_string(study::EngineChoice::purpose_built));
-  for (const study::Factor& f : study.factors) {
-    if (row_decides(f.key)) {
-      throw InputError("study", "factors.key", f.key, "the rows of the table decide it", "any other key");
-    }
-  }
-  return static_cast<std::int64_t>(sampled ? study.samples : 1) * study.replicates;
-}
-
 study::Points points_of(study::Study study, const Accident& accident) {
   study.seed = study::run_of(study, -static_cast<std::int64_t>(accident.line)).seed;  // runs have numbers from 0 on
   return study::Points(study);
@@ -153,9 +131,22 @@ struct Kept {
   std::function<void(const std::vector<std::string>&, double wall_time)> keep;
 };
 
+/// Calls `check` with the scenario of each way of an accident. An InputError of it gets the line.
+void with_scenarios(const Plan& plan, const AccidentTable& accidents, const Accident& a,
+                    const std::function<void(const Way&, inputs::Scenario)>& check) {
+  for (const Way& w : plan.ways_of(a)) {
+    try {
+      check(w, scenario_of(w.study.base, a));
+    } catch (const InputError& e) {
+      throw InputError(fmt::format("{}:{}: scenario", accidents.path, a.line), e.key(), e.value(), e.problem(),
+                       e.allowed());
+    }
+  }
+}
+
 /// Also what is to be said of rows. Throws InputError that names the line.
-std::vector<std::string> check_rows(const study::Study& study, const AccidentTable& accidents) {
-  const std::int64_t members = members_a_row(study), rows = static_cast<std::int64_t>(accidents.rows.size());
+std::vector<std::string> check_rows(const Plan& plan, const AccidentTable& accidents) {
+  const std::int64_t members = members_a_row(plan), rows = static_cast<std::int64_t>(accidents.rows.size());
   if (members > kMembersMax / std::max<std::int64_t>(rows, 1)) {
     throw InputError("study", "samples", fmt::format("{}", members),
                      fmt::format("{} rows with so many members each are too many runs", rows),
@@ -164,35 +155,48 @@ std::vector<std::string> check_rows(const study::Study& study, const AccidentTab
   std::int64_t equal = 0;
   std::string first, why;
   for (const Accident& a : accidents.rows) {
-    const std::string where = fmt::format("{}:{}", accidents.path, a.line);
-    try {
-      inputs::Scenario scenario = scenario_of(study.base, a);
-      scenario.initial.perturbation = study.perturbation;
+    std::string of_row;  // why its members cannot differ, in the first way in which they cannot
+    with_scenarios(plan, accidents, a, [&](const Way& w, inputs::Scenario scenario) {
+      scenario.initial.perturbation = w.study.perturbation;
       inputs::validate(scenario);
-      const bool only_seeds = study.factors.empty() ? members > 1 : study.replicates > 1;
-      const std::string now = only_seeds ? study::why_equal(scenario, study.engine) : "";
-      if (!now.empty() && equal++ == 0) {
-        first = where;
-        why = now;
-      }
-    } catch (const InputError& e) {
-      throw InputError(where + ": scenario", e.key(), e.value(), e.problem(), e.allowed());
+      const bool only_seeds = w.study.factors.empty() ? members > 1 : w.study.replicates > 1;
+      if (only_seeds && of_row.empty()) of_row = study::why_equal(scenario, w.study.engine);
+    });
+    if (!of_row.empty() && equal++ == 0) {
+      first = fmt::format("{}:{}", accidents.path, a.line);
+      why = of_row;
     }
   }
   if (equal == 0) return {};
   if (equal == rows) {
-    throw InputError(study.source, "replicates", fmt::format("{}", study.replicates),
+    throw InputError(plan.source, "replicates", fmt::format("{}", plan.first().replicates),
                      "members that differ by their seed alone cannot differ: " + why, "1, or a perturbation that acts");
   }
   return {fmt::format("{} of {} rows have members that cannot differ, {} is the first: {}", equal, rows, first, why)};
 }
 
-Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs, Kept kept,
+/// What the members of a row are made from.
+struct RowPlan {
+  std::vector<const Way*> ways;                // of each member
+  std::map<const Way*, study::Points> points;  // of each way that has members
+};
+
+RowPlan plan_of(const Plan& plan, const Accident& a, std::int64_t members) {
+  RowPlan row;
+  for (std::int64_t m = 0; m < members; ++m) {
+    const Way* way = &plan.way_of(a, m);
+    row.ways.push_back(way);
+    if (row.points.count(way) == 0) row.points.emplace(way, points_of(way->study, a));
+  }
+  return row;
+}
+
+Ensembles run(const Plan& plan, const AccidentTable& accidents, int jobs, Kept kept,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
-  const std::int64_t members = members_a_row(study);
+  const std::int64_t members = members_a_row(plan);
   const auto per_row = static_cast<std::size_t>(members);
-  std::vector<study::Points> points;
-  for (const Accident& a : accidents.rows) points.push_back(points_of(study, a));
+  std::vector<RowPlan> rows;
+  for (const Accident& a : accidents.rows) rows.push_back(plan_of(plan, a, members));
   Ensembles e;
   e.members.resize(accidents.rows.size() * per_row);
   std::vector<std::size_t> missing;
@@ -201,13 +205,16 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
   const auto number_of = [&](std::size_t i) {
     return run_number(accidents.rows[i / per_row], members, static_cast<std::int64_t>(i % per_row));
   };
+  const auto way_of = [&](std::size_t i) -> const Way& { return *rows[i / per_row].ways[i % per_row]; };
   const auto point_of = [&](std::size_t i) {
-    return points[i / per_row][static_cast<std::int64_t>(i % per_row) / study.replicates];
+    const Way& way = way_of(i);
+    return rows[i / per_row].points.at(&way)[static_cast<std::int64_t>(i % per_row) / way.study.replicates];
   };
   const auto place = [&](std::size_t i, Member m, const std::vector<std::string>& fields) {
     m.row = i / per_row;
     m.member = static_cast<std::int64_t>(i % per_row);
-    m.text = line_of(fields, point_of(i));
+    m.way = way_of(i).name;
+    m.text = line_of(fields, plan, way_of(i), point_of(i));
     e.members[i] = std::move(m);
   };
   for (std::size_t i = 0; i < e.members.size(); ++i) {
@@ -220,7 +227,7 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
   const auto accident_of = [&](std::size_t i) -> const Accident& { return accidents.rows[i / per_row]; };
   const auto computed = [&](std::size_t k) {
     const std::size_t i = missing[k];
-    return compute(study, accident_of(i), point_of(i), study::run_of(study, number_of(i)), stop);
+    return compute(way_of(i).study, accident_of(i), point_of(i), study::run_of(plan.first(), number_of(i)), stop);
   };
   const auto keep = [&](std::size_t k, Member m) {
     const std::size_t i = missing[k];
@@ -241,19 +248,33 @@ Ensembles run(const study::Study& study, const AccidentTable& accidents, int job
   return e;
 }
 
-std::optional<InputError> wrong_scenario(const study::Study& study, const AccidentTable& accidents, const Accident& a) {
+std::optional<InputError> wrong_scenario(const Plan& plan, const AccidentTable& accidents, const Accident& a) {
   try {
-    inputs::validate(scenario_of(study.base, a));
+    with_scenarios(plan, accidents, a, [](const Way&, const inputs::Scenario& s) { inputs::validate(s); });
     return {};
   } catch (const InputError& e) {
-    return InputError(fmt::format("{}:{}: scenario", accidents.path, a.line), e.key(), e.value(), e.problem(),
-                      e.allowed());
+    return e;
   }
 }
 
-/// The study and the rows asked for, as they stand in the table.
-std::string description(const study::Study& study, const AccidentTable& accidents) {
-  nlohmann::ordered_json j = nlohmann::ordered_json::parse(study::to_json(study));
+nlohmann::ordered_json description_by_cause(const Plan& plan) {
+  nlohmann::ordered_json j;
+  j["title"] = plan.title();
+  for (const CauseGroups::Group& g : plan.causes().groups) {
+    nlohmann::ordered_json group{{"name", g.name}, {"codes", g.codes}, {"families", g.families}};
+    for (const Way& w : plan.ways_of_group(g.name)) {
+      group["ways"].push_back(
+          {{"name", w.name}, {"share", w.share}, {"study", nlohmann::ordered_json::parse(study::to_json(w.study))}});
+    }
+    j["groups"].push_back(group);
+  }
+  return j;
+}
+
+/// The plan and the rows asked for, as they stand in the table.
+std::string description(const Plan& plan, const AccidentTable& accidents) {
+  nlohmann::ordered_json j = nlohmann::ordered_json::parse(study::to_json(plan.first()));
+  if (plan.by_cause()) j = description_by_cause(plan);
   j["points"] = "of each row";
   j["accidents"]["columns"] = accidents.columns;
   for (const Accident& a : accidents.rows) j["accidents"]["rows"][fmt::format("{}", a.line)] = a.fields;
@@ -263,7 +284,7 @@ std::string description(const study::Study& study, const AccidentTable& accident
 /// What is to be said of rows and class.
 void judge(Validation& v) {
   const AccidentTable& table = v.accidents;
-  if (!v.study.fitted_on.empty()) v.fitted = read_fitted_class(v.study.fitted_on);
+  if (!v.plan.fitted_on.empty()) v.fitted = read_fitted_class(v.plan.fitted_on);
   if (!v.fitted.known()) {
     v.outside.assign(table.rows.size(), "not known");
     v.warnings.push_back(
@@ -295,12 +316,12 @@ void judge(Validation& v) {
 
 }  // namespace
 
-void check_scenarios(const study::Study& study, AccidentTable& accidents, bool skip_invalid) {
+void check_scenarios(const Plan& plan, AccidentTable& accidents, bool skip_invalid) {
   std::vector<InputError> errors;
   std::vector<Accident> good;
   for (const Accident& a : accidents.rows) {
-    if (auto wrong = wrong_scenario(study, accidents, a)) {
-      if (skip_invalid) accidents.left_out.push_back({a.line, wrong->what()});
+    if (auto wrong = wrong_scenario(plan, accidents, a)) {
+      if (skip_invalid) accidents.left_out.push_back({a.line, wrong->what(), "no valid scenario"});
       errors.push_back(std::move(*wrong));
     } else {
       good.push_back(a);
@@ -310,33 +331,44 @@ void check_scenarios(const study::Study& study, AccidentTable& accidents, bool s
   accidents.rows = std::move(good);
 }
 
-Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
+Ensembles run(const Plan& plan, const AccidentTable& accidents, int jobs,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
-  std::vector<std::string> warnings = check_rows(study, accidents);
-  Ensembles e = run(study, accidents, jobs, Kept{}, on_progress, stop);
+  std::vector<std::string> warnings = check_rows(plan, accidents);
+  Ensembles e = run(plan, accidents, jobs, Kept{}, on_progress, stop);
   e.warnings.insert(e.warnings.begin(), warnings.begin(), warnings.end());
   return e;
 }
 
-Ensembles run(const study::Study& study, const AccidentTable& accidents, const ValidationOptions& options,
+Ensembles run(const Plan& plan, const AccidentTable& accidents, const ValidationOptions& options,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop) {
-  std::vector<std::string> warnings = check_rows(study, accidents);
-  const study::JournalFormat format = journal_format(study, accidents, description(study, accidents));
+  std::vector<std::string> warnings = check_rows(plan, accidents);
+  const study::JournalFormat format = journal_format(plan, accidents, description(plan, accidents));
   study::claim_folder(options.folder, format.identity);
   Kept kept;
   study::Journal journal(options.folder, format, {}, options.resume,
                          [&](const study::JournalRow& row) { kept.finished[row.run] = row.fields; });
   kept.keep = [&](const std::vector<std::string>& fields, double wall_time) { journal.append(fields, wall_time); };
-  Ensembles e = run(study, accidents, options.jobs, std::move(kept), on_progress, stop);
+  Ensembles e = run(plan, accidents, options.jobs, std::move(kept), on_progress, stop);
   e.warnings.insert(e.warnings.begin(), warnings.begin(), warnings.end());
   e.problems = journal.problems();
   return e;
 }
 
-Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles) {
-  Validation v{accidents, study, members_a_row(study), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+Validation evaluate(const Plan& plan, const AccidentTable& accidents, const Ensembles& ensembles) {
+  Validation v{accidents, plan, members_a_row(plan), ensembles.failed, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
   v.posture = score_posture(accidents, ensembles);
   v.warnings = ensembles.warnings;
+  if (plan.by_cause()) {
+    for (const std::string& remark : unlisted_causes(plan.causes(), accidents)) v.warnings.push_back(remark);
+  }
+  const auto drawn = std::count_if(accidents.rows.begin(), accidents.rows.end(),
+                                   [](const Accident& a) { return draw_train(a, 0).has_value(); });
+  if (drawn > 0) {
+    v.warnings.push_back(
+        fmt::format("{} rows do not tell all of their trains (order of loads and empties, weight and kind of each): "
+                    "each member has a draw of its own",
+                    drawn));
+  }
   std::vector<std::vector<double>> counts(accidents.rows.size());
   for (const Member& m : ensembles.members) {
     if (m.outcome.ended == outcome::Ended::integration_failed) continue;
@@ -366,6 +398,8 @@ Validation evaluate(const study::Study& study, const AccidentTable& accidents, c
   add("tail of 60 cars or more", [](const Accident& a) { return a.cars_from_pod_to_rear >= kLongTail; });
   add("10 mph or more, tail of 60 cars or more",
       [](const Accident& a) { return a.speed_mph >= kFast && a.cars_from_pod_to_rear >= kLongTail; });
+  for (const CauseGroups::Group& g : plan.causes().groups)
+    add("cause: " + g.title, [&](const Accident& a) { return plan.group_of(a) == g.name; });
   const Columns all = columns(v, [](const Accident&) { return true; });
   v.stretched = stretch(all.real, all.low, all.median, all.high, kIntervalShare);
   v.fits = v.groups.empty() ? std::vector<Fit>{} : v.groups.front().fits;

@@ -5,13 +5,19 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <set>
 #include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/validation/drawn_train.hpp"
 #include "train_derail/validation/validation.hpp"
 #include "validation_fixtures.hpp"
 
@@ -119,6 +125,99 @@ TEST(Rows, ABaseWithoutCarsIsRefused) {
   EXPECT_THROW(validation::scenario_of(none, accident(5, 6)), inputs::InputError);
 }
 
+/// A train of so many loads and empties, of the mean weight of a car in tons.
+Accident mixed(int loads, int empties, double tons) {
+  Accident a = accident(5, loads + empties - 4);
+  a.loaded_cars = loads;
+  a.empty_cars = empties;
+  a.tons_per_car = tons;
+  return a;
+}
+
+TEST(MixedTrains, KeepCountsAndTotalWeight) {
+  for (const auto& [loads, empties, tons] : {std::tuple{60, 40, 90.0}, {1, 99, 33.0}, {50, 1, 128.0}, {3, 7, 40.0}}) {
+    const Accident a = mixed(loads, empties, tons);
+    for (std::uint64_t seed = 0; seed < 50; ++seed) {
+      const auto drawn = validation::draw_train(a, seed);
+      ASSERT_TRUE(drawn);
+      EXPECT_EQ(std::count(drawn->empty.begin(), drawn->empty.end(), true), empties);
+      EXPECT_EQ(std::count(drawn->empty.begin(), drawn->empty.end(), false), loads);
+      EXPECT_NEAR(loads * drawn->loaded_tons + empties * drawn->empty_tons, tons * (loads + empties), 1e-9);
+      EXPECT_GE(drawn->empty_tons, validation::kEmptyTonsMin);
+      EXPECT_LE(drawn->empty_tons, validation::kEmptyTonsMax);
+      EXPECT_GE(drawn->loaded_tons, drawn->empty_tons);
+      EXPECT_LE(drawn->loaded_tons, validation::kLoadTonsMax + 1e-9);
+      const inputs::Scenario s = validation::scenario_of(base(), a, seed);
+      int cars = 0;
+      double weight = 0.0;
+      for (const inputs::CarBlock& b : s.consist) {
+        cars += b.count;
+        weight += b.count * b.weight;
+      }
+      EXPECT_EQ(cars, loads + empties);
+      EXPECT_NEAR(weight / kShortTon, tons * (loads + empties), 1e-6);
+      EXPECT_EQ(s.consist.back().brake_source, inputs::BrakeSource::remote);
+      EXPECT_EQ(s.initial.cars_ahead, 4);
+      EXPECT_NO_THROW(inputs::validate(s));
+    }
+  }
+}
+
+TEST(MixedTrains, DifferFromSeedToSeedButNotFromCallToCall) {
+  const Accident a = mixed(60, 40, 90.0);
+  const auto one = validation::draw_train(a, 1), again = validation::draw_train(a, 1);
+  EXPECT_EQ(one->empty, again->empty);
+  EXPECT_EQ(one->empty_tons, again->empty_tons);
+  std::set<std::vector<bool>> orders;
+  std::set<std::size_t> blocks;
+  int first_empty = 0;
+  constexpr int kSeeds = 600;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const auto drawn = validation::draw_train(a, seed);
+    orders.insert(drawn->empty);
+    std::size_t changes = 1;
+    for (std::size_t i = 1; i < drawn->empty.size(); ++i) changes += drawn->empty[i] != drawn->empty[i - 1] ? 1 : 0;
+    blocks.insert(std::min<std::size_t>(changes, 11));
+    first_empty += drawn->empty.front() ? 1 : 0;
+  }
+  EXPECT_EQ(blocks, (std::set<std::size_t>{2, 3, 4, 6, 10, 11}));  // 11: mixed
+  EXPECT_GT(orders.size(), 400u);
+  EXPECT_NEAR(first_empty, kSeeds * (5 * 0.5 + 0.4) / 6, 4 * std::sqrt(kSeeds * 0.25));
+}
+
+TEST(MixedTrains, AreNotDrawnWhereTheTableTellsAllOrNothing) {
+  EXPECT_FALSE(validation::draw_train(accident(5, 6), 1));
+  EXPECT_FALSE(validation::draw_train(mixed(100, 0, 130.0), 1));
+  const inputs::Scenario heavy = validation::scenario_of(base(), mixed(100, 0, 130.0), 7);
+  EXPECT_EQ(train(heavy), "99 hopper, 1 tank_car*");
+  EXPECT_DOUBLE_EQ(heavy.consist[0].length, 16.0);
+}
+
+TEST(MixedTrains, OfWhichTheTonsDoNotFitHaveCarsOfOneWeight) {
+  const auto drawn = validation::draw_train(mixed(50, 50, 22.0), 3);  // lighter than any empty
+  EXPECT_EQ(drawn->loaded_tons, 22.0);
+  EXPECT_EQ(drawn->empty_tons, 22.0);
+}
+
+TEST(MixedTrains, HaveKindsThatMayHaveTheirWeight) {
+  std::set<std::string> loads, empties;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const auto drawn = validation::draw_train(mixed(50, 50, 55.0), seed);
+    ASSERT_NE(drawn->loaded_type, nullptr);
+    ASSERT_NE(drawn->empty_type, nullptr);
+    EXPECT_LE(drawn->loaded_tons * kShortTon, 1.05 * drawn->loaded_type->loaded + 1.0);
+    EXPECT_NEAR(drawn->empty_tons * kShortTon, drawn->empty_type->empty, 0.2 * drawn->empty_type->empty + 1.0);
+    loads.insert(drawn->loaded_type->name);
+    empties.insert(drawn->empty_type->name);
+  }
+  EXPECT_GT(loads.size(), 3u);
+  EXPECT_GT(empties.size(), 3u);
+  for (const auto* names : {&loads, &empties})
+    EXPECT_EQ(names->count("locomotive") + names->count("passenger_car"), 0u);
+  const auto heavy = validation::draw_train(mixed(98, 2, 140.0), 1);
+  EXPECT_EQ(heavy->loaded_type, nullptr) << "heavy loads are the base's own cars";
+}
+
 TEST(Rows, LocomotivesAreCountedApart) {
   Accident a = accident(2, 3);
   a.head_end_locos = 2;
@@ -211,6 +310,19 @@ TEST_F(Accidents, AllBadRowsAreToldAtOnceOrLeftOut) {
                inputs::InputError);
 }
 
+TEST_F(Accidents, LoadsAndEmptiesMustFitTheCars) {
+  const std::string head = kTable.substr(0, kTable.find('\n')) + ",loaded,empty\n", row = "ONE,31,6,140.5,2,0,0,2,5,3,";
+  EXPECT_EQ(table(head + row + "2,4\n").rows[0].loaded_cars, 2);
+  EXPECT_EQ(table(head + row + "2,3\n").rows[0].empty_cars, 3);  // and a caboose
+  const std::string said = refusal(head + row + "2,5\n");
+  EXPECT_NE(
+      said.find(
+          ":2: loaded = '2': does not fit empty = 5 and n_cars = 6; allowed: loaded + empty from n_cars - 2 to n_cars"),
+      std::string::npos)
+      << said;
+  EXPECT_NE(refusal(head + row + "1,1\n"), "");
+}
+
 TEST_F(Accidents, AFurtherCommaAtTheEndOfRowsIsNoColumn) {
   std::string text = kTable;
   for (std::size_t at = text.find('\n') + 1; (at = text.find('\n', at)) != std::string::npos; at += 2)
@@ -257,17 +369,99 @@ TEST_F(Accidents, ReadsReportsAsPublished) {
   EXPECT_EQ(t.left_out[0].line, 3u);
   EXPECT_EQ(t.left_out[0].text, "a second report of the accident in line 2");
   EXPECT_EQ(t.left_out[1].text, "a second report of the accident in line 4");
-  EXPECT_EQ(t.left_out[2].text, "TYPE = '07': not a derailment; allowed: 01");
-  EXPECT_NE(t.left_out[3].text.find("TRNSPD = '000'"), std::string::npos);
-  EXPECT_NE(t.left_out[3].text.find("TONS = '0'"), std::string::npos);
-  EXPECT_NE(t.left_out[3].text.find("no car derailed"), std::string::npos);
-  EXPECT_NE(t.left_out[4].text.find("POSITON1 = '150': out of range"), std::string::npos);
+  EXPECT_EQ(t.left_out[2].text, "TYPE = '07': no derailment; allowed: 01");
+  EXPECT_EQ(t.left_out[3].text, "TRNSPD = '000': speed not above 0");
+  EXPECT_EQ(t.left_out[4].text, "POSITON1 = '150' of 100 cars: position not in the train");
+  EXPECT_EQ(validation::left_out_counts(t),
+            (std::vector<std::string>{"2: a second report of an accident", "1: no derailment",
+                                      "1: position not in the train", "1: speed not above 0"}));
+  EXPECT_EQ(validation::read_accidents(path).rows.size(), 2u) << "what is of another kind is no mistake";
+}
+
+/// A report of a derailment that is used, changed in some columns.
+std::string report(const std::map<std::string, std::string>& changes) {
+  static const std::vector<std::pair<std::string, std::string>> kReport{
+      {"RAILROAD", "UP"}, {"INCDTNO", "1"}, {"YEAR4", "2010"}, {"MONTH", "9"},     {"DAY", "5"},      {"TYPE", "01"},
+      {"TYPEQ", "1"},     {"TYPTRK", "1"},  {"TRNSPD", "025"}, {"TONS", "8000"},   {"POSITON1", "8"}, {"POSITON2", "9"},
+      {"HEADEND1", "2"},  {"LOADF1", "40"}, {"LOADP1", "0"},   {"EMPTYF1", "59"},  {"EMPTYP1", "0"},  {"CABOOSE1", "1"},
+      {"LOADF2", "3"},    {"LOADP2", "0"},  {"EMPTYF2", "2"},  {"EMPTYP2", "0"},   {"HEADEND2", "1"}, {"TRKCLAS", "4"},
+      {"CARS", "6"},      {"CARSDMG", "2"}, {"CARSHZD", "1"},  {"ACCAUSE", "E53C"}};
+  std::string head, row;
+  for (const auto& [name, value] : kReport) {
+    const auto change = changes.find(name);
+    head += (head.empty() ? "" : ",") + name;
+    row += (row.empty() ? "" : ",") + (change == changes.end() ? value : change->second);
+  }
+  return head + "\n" + row + "\n";
+}
+
+TEST_F(Accidents, AReportGivesAllColumnsOfTheTable) {
+  const validation::AccidentTable t = validation::read_accidents(write("form.csv", report({})).string());
+  ASSERT_EQ(t.rows.size(), 1u);
+  std::map<std::string, std::string> row;
+  for (std::size_t i = 0; i < t.columns.size(); ++i) row[t.columns[i]] = t.rows[0].fields.at(i);
+  const std::map<std::string, std::string> wanted{{"n_cars", "100"},
+                                                  {"loaded", "40"},
+                                                  {"empty", "59"},
+                                                  {"trailing_tons", "8000"},
+                                                  {"tons_per_car", "80"},
+                                                  {"speed_mph", "25"},
+                                                  {"cars_derailed", "5"},
+                                                  {"loaded_derailed", "3"},
+                                                  {"empty_derailed", "2"},
+                                                  {"locos_derailed", "1"},
+                                                  {"first_car_position", "8"},
+                                                  {"causing_car_position", "9"},
+                                                  {"cause", "E53C"},
+                                                  {"track_class", "4"},
+                                                  {"hazmat_cars", "6"},
+                                                  {"hazmat_damaged", "2"},
+                                                  {"hazmat_released", "1"}};
+  for (const auto& [name, value] : wanted) EXPECT_EQ(row[name], value) << name;
+  EXPECT_EQ(t.rows[0].loaded_cars, 40);
+  EXPECT_EQ(t.rows[0].empty_cars, 59);
+}
+
+TEST_F(Accidents, EachRuleOfTheFilterLeavesOutWhatItNames) {
+  struct Case {
+    const char *column, *value, *why;
+  };
+  for (const Case& c : {Case{"TYPE", "04", "no derailment"},
+                        {"TYPEQ", "2", "no freight train"},
+                        {"TYPTRK", "2", "not on a main track"},
+                        {"TRNSPD", "0", "speed not above 0"},
+                        {"TRNSPD", "", "speed not above 0"},
+                        {"POSITON1", "0", "position not in the train"},
+                        {"POSITON1", "103", "position not in the train"},
+                        {"TONS", "1999", "weight of a car not from 20 to 160 tons"},
+                        {"TONS", "16001", "weight of a car not from 20 to 160 tons"},
+                        {"EMPTYF2", "98", "more cars derailed than the train has"}}) {
+    const std::string text = report({{c.column, c.value}});
+    const std::string good = report({{"INCDTNO", "2"}});
+    const validation::AccidentTable t =
+        validation::read_accidents(write("form.csv", text + good.substr(good.find('\n') + 1)).string());
+    EXPECT_EQ(t.rows.size(), 1u) << c.column << c.value;
+    EXPECT_EQ(validation::left_out_counts(t), std::vector<std::string>{std::string("1: ") + c.why});
+  }
+  for (const auto& [column, value] :
+       {std::pair{"TONS", "16000"}, {"TONS", "2000"}, {"POSITON1", "102"}, {"EMPTYF2", "97"}, {"TYPE", "1"}})
+    EXPECT_EQ(validation::read_accidents(write("form.csv", report({{column, value}})).string()).rows.size(), 1u)
+        << value;
+}
+
+TEST_F(Accidents, WhatCannotBeReadInAReportIsToldByRowColumnValueAndWhatIsAllowed) {
+  const std::string file = write("form.csv", report({{"TRNSPD", "fast"}})).string();
   try {
-    validation::read_accidents(path);
+    validation::read_accidents(file);
     FAIL();
   } catch (const inputs::InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("3 of 7 rows cannot be used"), std::string::npos) << e.what();
+    EXPECT_EQ(std::string(e.what()), file + ":2: TRNSPD = 'fast': not a number; allowed: a number, 0 <= TRNSPD <= 300");
   }
+  EXPECT_THROW(validation::read_accidents(write("form.csv", report({{"LOADF1", "4.5"}})).string()), inputs::InputError);
+  EXPECT_THROW(validation::read_accidents(write("form.csv", report({{"LOADF1", "-1"}})).string()), inputs::InputError);
+  std::string none = report({});
+  none.replace(none.find("ACCAUSE"), 7, "REASONS");
+  EXPECT_THROW(validation::read_accidents(write("form.csv", none).string()), inputs::InputError);
 }
 
 TEST_F(Accidents, RowsOutsideOfTheFittedClassAreTold) {

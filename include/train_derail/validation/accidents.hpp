@@ -2,6 +2,7 @@
 /// Reads a table of real accidents and makes a scenario of each.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct Accident {
   int cars_derailed = 0;            ///< cars that really derailed
   std::string cause;                ///< code of the cause in the report; empty if the table does not give it
   std::optional<int> empty_cars;    ///< empty cars in the train; none if the table does not give it
+  std::optional<int> loaded_cars;   ///< loaded cars in the train; the others are empties and cabooses; none as above
   std::optional<int> over;          ///< derailed cars that lay on their side or over; none if the table does not tell
   std::vector<std::string> fields;  ///< the row as it is in the table
 };
@@ -34,6 +36,7 @@ struct Accident {
 struct Remark {
   std::size_t line = 0;  ///< line of the file, from 1
   std::string text;      ///< the remark
+  std::string why;       ///< of a row that is left out: the reason, the same text for all rows of this reason
 };
 
 /// A table of accidents that has been read.
@@ -46,7 +49,8 @@ struct AccidentTable {
 };
 
 /// Reads a table of accidents (CSV). It either has the columns of docs/validation.md, in any order and with others
-/// beside them, or it holds reports as the FRA publishes them (form 6180.54), which are converted to these columns, or
+/// beside them, or it holds reports as the FRA publishes them (form 6180.54), which are converted to these columns;
+/// those that are no derailment of a freight train on a main track, or lack what is needed, are left out. Or
 /// it is a table of posture (column on_side_or_over), which lacks some of them: `notes` says what is assumed then. A
 /// line may end with one comma too many. Several reports of one accident count once. Throws inputs::InputError if the
 /// file is not a table, or if rows cannot be used; the error gives file, line, column, value and allowed range of each.
@@ -60,8 +64,12 @@ void refuse(const std::string& path, std::size_t rows, const std::vector<inputs:
 /// Returns `base` with the speed, weight, locomotives and cars of an accident. The blocks of the base's consist serve
 /// as templates: the first block named locomotive for locomotives, the first other block for cars, the last other block
 /// for the last car. Locomotives in the middle and at the rear open the brake pipe when they are told by radio. If the
-/// base has no locomotives, none are added. Throws inputs::InputError if the base has no cars.
-inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& accident);
+/// base has no locomotives, none are added. What the table does not tell of the cars is drawn with `seed`
+/// (draw_train()). Throws inputs::InputError if the base has no cars.
+inputs::Scenario scenario_of(const inputs::Scenario& base, const Accident& accident, std::uint64_t seed = 0);
+
+/// Returns how many rows were left out for each reason, the most frequent first: "12: no derailment".
+std::vector<std::string> left_out_counts(const AccidentTable& table);
 
 /// Whether the rows of the table decide the value of a key, so that a study must not vary it.
 bool row_decides(const std::string& key);

@@ -16,6 +16,7 @@
 #include "train_derail/study/study.hpp"
 #include "train_derail/validation/accidents.hpp"
 #include "train_derail/validation/fitted_class.hpp"
+#include "train_derail/validation/plan.hpp"
 #include "train_derail/validation/posture.hpp"
 #include "train_derail/validation/scores.hpp"
 
@@ -27,19 +28,12 @@ inline constexpr std::int64_t kMembersMax = 1'000'000;
 /// Share of the real counts that the prediction intervals should hold.
 inline constexpr double kIntervalShare = 0.9;
 
-/// Returns the study without its factors and with as many members: they differ only by their seeds.
-study::Study seeds_only(study::Study study);
-
-/// Returns the number of runs for each row: points of the study times replicates. Throws inputs::InputError if the
-/// study cannot be used. It must have the plan latin_hypercube or no factors, no factor that row_decides(), and an
-/// engine that knows rails that yield.
-std::int64_t members_a_row(const study::Study& study);
-
 /// One run of a validation.
 struct Member {
   std::size_t row = 0;       ///< index of its row in AccidentTable::rows
   std::int64_t member = 0;   ///< number among the members of that row, from 0
   std::int64_t seed = 0;     ///< seed; depends on the study's seed, the line in the file and the member only
+  std::string way;           ///< name of the way in which it began, see Plan
   Derailed derailed;         ///< derailed cars and locomotives
   PostureCount posture;      ///< how they lie, locomotives included; models of space only
   outcome::Outcome outcome;  ///< outcome, with locomotives as cars; if read from a journal only `ended` is set
@@ -65,7 +59,7 @@ study::Points points_of(study::Study study, const Accident& accident);
 /// `on_progress` is called from the worker threads, one call at a time. Once `stop` is set, it returns soon and gives
 /// up the runs that are being computed. Throws inputs::InputError, also if a row does not fit the base scenario (the
 /// message gives the line).
-Ensembles run(const study::Study& study, const AccidentTable& accidents, int jobs,
+Ensembles run(const Plan& plan, const AccidentTable& accidents, int jobs,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
 /// Where and how the members are computed.
@@ -77,7 +71,7 @@ struct ValidationOptions {
 /// Computes all members of all rows with a journal in a folder, so that it can go on after a kill or stop. The folder
 /// belongs to this study and these rows. Throws as above, and std::runtime_error if the folder holds other results,
 /// holds finished runs without `resume`, or cannot be written; throws inputs::InputError if its files cannot be read.
-Ensembles run(const study::Study& study, const AccidentTable& accidents, const ValidationOptions& options,
+Ensembles run(const Plan& plan, const AccidentTable& accidents, const ValidationOptions& options,
               const std::function<void(const study::Progress&)>& on_progress, const std::atomic<bool>& stop);
 
 /// The scores of one way to predict, on a group of rows.
@@ -104,7 +98,7 @@ struct Group {
 /// The result of a validation. "Row by row" means one element for each row, in the order of the table.
 struct Validation {
   AccidentTable accidents;                 ///< the table
-  study::Study study;                      ///< the study
+  Plan plan;                               ///< from what the members were drawn
   std::int64_t members = 0,                ///< all members
       failed = 0;                          ///< those of them that failed
   std::vector<study::Spread> predicted;    ///< row by row, derailed cars over the members that did not fail
@@ -119,11 +113,11 @@ struct Validation {
   std::vector<std::string> warnings;  ///< what to check before the numbers are believed; one line each
 };
 /// Scores a validation. Throws inputs::InputError if the file that study.fitted_on names cannot be read.
-Validation evaluate(const study::Study& study, const AccidentTable& accidents, const Ensembles& ensembles);
+Validation evaluate(const Plan& plan, const AccidentTable& accidents, const Ensembles& ensembles);
 
-/// Checks that each row makes a valid scenario of the study. Throws inputs::InputError about all rows that do not, or
-/// with `skip_invalid` moves them to accidents.left_out.
-void check_scenarios(const study::Study& study, AccidentTable& accidents, bool skip_invalid);
+/// Checks that each row makes a valid scenario in each of its ways. Throws inputs::InputError about all rows that do
+/// not, or with `skip_invalid` moves them to accidents.left_out.
+void check_scenarios(const Plan& plan, AccidentTable& accidents, bool skip_invalid);
 
 /// Returns the scores as a table for people.
 std::string to_table(const Validation& v);
@@ -132,6 +126,6 @@ std::string to_json(const Validation& v);
 /// Returns the rows as CSV: the columns of the table, then the predictions.
 std::string rows_csv(const Validation& v);
 /// Returns all members as CSV: one line each, with the sampled inputs and all outcome::quantities().
-std::string members_csv(const study::Study& study, const Ensembles& ensembles);
+std::string members_csv(const Plan& plan, const Ensembles& ensembles);
 
 }  // namespace train_derail::validation

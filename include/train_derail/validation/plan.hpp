@@ -1,0 +1,81 @@
+/// \file
+/// From what the members of an accident are drawn: one study for all rows of the table, or by the cause of each some
+/// ways in which it may have begun, each with its share and its study.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/study/study.hpp"
+#include "train_derail/validation/causes.hpp"
+
+namespace train_derail::validation {
+
+/// A way in which a derailment begins.
+struct Way {
+  std::string name;     ///< name in tables; of a plan of one study empty
+  double share = 1.0;   ///< its share of the members of a row; the shares of a group add up to 1 [-]
+  study::Study study;   ///< base scenario, inputs that vary
+};
+
+/// From what the members of each row are drawn.
+class Plan {
+ public:
+  /// One study for all rows. Implicit: what takes a plan takes a study.
+  Plan(study::Study study);  // NOLINT(google-explicit-constructor)
+  /// By cause: `ways` has the ways of each group, by its name. Throws inputs::InputError if a group has none, or if the
+  /// ways differ in the number of members.
+  Plan(std::string title, CauseGroups causes, std::map<std::string, std::vector<Way>> ways);
+
+  const std::string& title() const { return title_; }
+  /// Groups of causes; no path if one study is for all rows.
+  const CauseGroups& causes() const { return causes_; }
+  bool by_cause() const { return !causes_.path.empty(); }
+  /// Name of the group of the cause of an accident; empty if one study is for all rows.
+  std::string group_of(const Accident& accident) const;
+  /// Ways of an accident: of the group of its cause.
+  const std::vector<Way>& ways_of(const Accident& accident) const;
+  /// Ways of a group, by its name.
+  const std::vector<Way>& ways_of_group(const std::string& group) const;
+  /// The way of a member of an accident, from 0. Of the members of an accident each way has its share, up to one
+  /// member; which ones depends on the seed of the study and the line of the accident only.
+  const Way& way_of(const Accident& accident, std::int64_t member) const;
+  /// All ways, group by group.
+  std::vector<const Way*> all_ways() const;
+  /// The study of the first way: of a plan of one study that one.
+  const study::Study& first() const;
+  /// Factors of all ways, each key once.
+  std::vector<std::string> keys() const;
+
+  std::string source;     ///< its name in errors: the path of its file
+  std::string fitted_on;  ///< file that describes the accidents that it was fitted on, or empty
+
+ private:
+  std::string title_;
+  CauseGroups causes_;
+  std::map<std::string, std::vector<Way>> ways_;  // by group; "" if one study is for all rows
+};
+
+/// How a plan is changed as it is read.
+struct PlanChanges {
+  std::vector<inputs::Override> overrides;  ///< changes of all base scenarios
+  std::optional<double> spread;             ///< factor on all ranges instead of those in the files
+  int members = 0;                          ///< members of a row instead of those in the files; 0: as there
+  bool seeds_only = false;                  ///< inputs stay at those of the base scenarios
+};
+/// Reads a file of ways by cause (key `groups`), or of a study. Throws inputs::InputError.
+Plan read_plan(const std::string& path, const PlanChanges& changes = {});
+
+/// Returns the study without its factors and with as many members: they differ only by their seeds.
+study::Study seeds_only(study::Study study);
+
+/// Returns the number of runs for each row: points of the study times replicates. Throws inputs::InputError if a study
+/// cannot be used. It must have the plan latin_hypercube or no factors, no factor that row_decides(), and an engine
+/// that knows rails that yield.
+std::int64_t members_a_row(const Plan& plan);
+
+}  // namespace train_derail::validation

@@ -1,0 +1,216 @@
+#include "train_derail/validation/plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "train_derail/inputs/error.hpp"
+
+namespace train_derail::validation {
+
+using inputs::InputError;
+
+namespace {
+
+constexpr double kShareTolerance = 1e-6;  // of shares that are written with few digits
+
+std::int64_t members_of(const study::Study& study) {
+  const bool sampled = study.plan == study::Plan::latin_hypercube;
+  if (!sampled && !study.factors.empty()) {
+    throw InputError("study", "plan", "", "every row needs a random sample of its own",
+                     to_string(study::Plan::latin_hypercube));
+  }
+  if (study.engine != study::EngineChoice::purpose_built)
+    throw InputError("study", "engine", to_string(study.engine), "knows no rails",
+                     to_string(study::EngineChoice::purpose_built));
+  for (const study::Factor& f : study.factors) {
+    if (row_decides(f.key)) {
+      throw InputError("study", "factors.key", f.key, "the rows of the table decide it", "any other key");
+    }
+  }
+  return static_cast<std::int64_t>(sampled ? study.samples : 1) * study.replicates;
+}
+
+study::Study changed(study::Study study, const PlanChanges& changes) {
+  if (changes.members > 0) {
+    study.samples = changes.members;
+    study.replicates = 1;
+  }
+  members_of(study);
+  return changes.seeds_only ? seeds_only(std::move(study)) : study;
+}
+
+/// Reads a file of ways by cause.
+class PlanReader {
+ public:
+  PlanReader(std::string path, const PlanChanges& changes) : path_(std::move(path)), changes_(changes) {}
+
+  Plan read(const YAML::Node& root) {
+    std::string title, causes, fitted_on;
+    YAML::Node groups;
+    for (const auto& entry : root) {
+      const std::string key = entry.first.as<std::string>("");
+      if (key == "title" && entry.second.IsScalar()) title = entry.second.Scalar();
+      else if (key == "causes" && entry.second.IsScalar()) causes = beside(entry.second);
+      else if (key == "fitted_on" && entry.second.IsScalar()) fitted_on = beside(entry.second);
+      else if (key == "groups" && entry.second.IsMap()) groups = entry.second;
+      else
+        throw InputError(where(entry.first), key, "", "unknown key, or a value of the wrong kind",
+                         "title, causes, fitted_on: text, groups: ways by the name of a group");
+    }
+    if (causes.empty()) throw InputError(path_, "causes", "", "missing", "a file of causes by group");
+    if (!groups.IsDefined() || groups.IsNull()) throw InputError(path_, "groups", "", "missing", "ways by the name of a group");
+    CauseGroups known = read_cause_groups(causes);
+    std::map<std::string, std::vector<Way>> ways;
+    for (const auto& entry : groups) {
+      const std::string name = entry.first.as<std::string>("");
+      const auto is_it = [&](const CauseGroups::Group& g) { return g.name == name; };
+      if (std::none_of(known.groups.begin(), known.groups.end(), is_it)) {
+        std::string names;
+        for (const CauseGroups::Group& g : known.groups) names += (names.empty() ? "" : ", ") + g.name;
+        throw InputError(where(entry.first), "groups." + name, "", "no group of " + causes, names);
+      }
+      ways[name] = list(entry.second, name);
+    }
+    Plan plan(std::move(title), std::move(known), std::move(ways));
+    plan.source = path_;
+    plan.fitted_on = fitted_on;
+    return plan;
+  }
+
+ private:
+  std::string where(const YAML::Node& node) const { return fmt::format("{}:{}", path_, node.Mark().line + 1); }
+  std::string beside(const YAML::Node& node) const {
+    return (std::filesystem::path(path_).parent_path() / node.Scalar()).string();
+  }
+
+  std::vector<Way> list(const YAML::Node& node, const std::string& group) {
+    const std::string allowed = "a list of ways: name, share, study";
+    if (!node.IsSequence() || node.size() == 0) throw InputError(where(node), "groups." + group, "", "not a list", allowed);
+    std::vector<Way> ways;
+    double sum = 0.0;
+    for (const YAML::Node& item : node) {
+      ways.push_back(way(item, group, allowed));
+      sum += ways.back().share;
+    }
+    if (std::abs(sum - 1.0) > kShareTolerance)
+      throw InputError(where(node), "groups." + group, fmt::format("{:g}", sum), "the sum of the shares", "1");
+    return ways;
+  }
+  Way way(const YAML::Node& node, const std::string& group, const std::string& allowed) {
+    Way w;
+    if (!node.IsMap()) throw InputError(where(node), "groups." + group, "", "not a group of keys", allowed);
+    for (const auto& entry : node) {
+      const std::string key = entry.first.as<std::string>("");
+      if (key == "name" && entry.second.IsScalar()) {
+        w.name = entry.second.Scalar();
+      } else if (key == "share") {
+        w.share = entry.second.as<double>(NAN);
+        if (!(w.share >= 0.0 && w.share <= 1.0))
+          throw InputError(where(entry.first), "groups." + group + ".share", entry.second.as<std::string>(""), "out of range", "0 to 1");
+      } else if (key == "study" && entry.second.IsScalar()) {
+        w.study = changed(study::read_study_file(beside(entry.second), changes_.overrides, changes_.spread), changes_);
+      } else {
+        throw InputError(where(entry.first), "groups." + group + "." + key, "", "unknown key, or a value of the wrong kind", allowed);
+      }
+    }
+    if (w.study.source.empty()) throw InputError(where(node), "groups." + group + ".study", "", "missing", "a file of a study");
+    if (w.name.empty()) w.name = std::filesystem::path(w.study.source).stem().string();
+    return w;
+  }
+
+  std::string path_;
+  const PlanChanges& changes_;
+};
+
+/// A number from 0 to 1 that belongs to an accident, the same for all its members.
+double chance_of(const study::Study& study, const Accident& accident) {
+  constexpr std::int64_t kStream = std::int64_t{1} << 40;  // beyond the numbers of runs and of samples of rows
+  constexpr double kSeeds = 9007199254740992.0;
+  return static_cast<double>(study::run_of(study, -kStream - static_cast<std::int64_t>(accident.line)).seed) / kSeeds;
+}
+
+}  // namespace
+
+Plan::Plan(study::Study study) : source(study.source), fitted_on(study.fitted_on), title_(study.title) {
+  ways_[""].push_back({"", 1.0, std::move(study)});
+}
+
+Plan::Plan(std::string title, CauseGroups causes, std::map<std::string, std::vector<Way>> ways)
+    : title_(std::move(title)), causes_(std::move(causes)), ways_(std::move(ways)) {
+  std::optional<std::int64_t> members;
+  for (const CauseGroups::Group& g : causes_.groups) {
+    const auto found = ways_.find(g.name);
+    if (found == ways_.end() || found->second.empty())
+      throw InputError(causes_.path, "groups", g.name, "the plan has no way in which accidents of this group begin", "one or more");
+    for (const Way& w : found->second) {
+      const std::int64_t now = members_of(w.study);
+      if (members && now != *members)
+        throw InputError(w.study.source, "samples", fmt::format("{}", now), "members of a row differ from way to way",
+                         fmt::format("{}, as elsewhere", *members));
+      members = now;
+    }
+  }
+}
+
+std::string Plan::group_of(const Accident& accident) const {
+  return by_cause() ? causes_.find(accident.cause).group->name : "";
+}
+
+const std::vector<Way>& Plan::ways_of(const Accident& accident) const { return ways_of_group(group_of(accident)); }
+const std::vector<Way>& Plan::ways_of_group(const std::string& group) const { return ways_.at(group); }
+
+const Way& Plan::way_of(const Accident& accident, std::int64_t member) const {
+  const std::vector<Way>& ways = ways_of(accident);
+  const auto members = static_cast<double>(members_of(ways.front().study));
+  double place = chance_of(ways.front().study, accident) + static_cast<double>(member) / members;
+  place -= std::floor(place);
+  for (const Way& w : ways) {
+    if (place < w.share) return w;
+    place -= w.share;
+  }
+  return ways.back();
+}
+
+std::vector<const Way*> Plan::all_ways() const {
+  std::vector<const Way*> all;
+  for (const auto& [name, ways] : ways_) {
+    for (const Way& w : ways) all.push_back(&w);
+  }
+  return all;
+}
+
+const study::Study& Plan::first() const { return all_ways().front()->study; }
+
+std::vector<std::string> Plan::keys() const {
+  std::vector<std::string> keys;
+  for (const Way* w : all_ways()) {
+    for (const study::Factor& f : w->study.factors) {
+      if (std::find(keys.begin(), keys.end(), f.key) == keys.end()) keys.push_back(f.key);
+    }
+  }
+  return keys;
+}
+
+Plan read_plan(const std::string& path, const PlanChanges& changes) {
+  const YAML::Node root = inputs::load_file(path);
+  if (root.IsMap() && root["groups"]) return PlanReader(path, changes).read(root);
+  return changed(study::read_study_file(path, changes.overrides, changes.spread), changes);
+}
+
+study::Study seeds_only(study::Study study) {
+  study.replicates = static_cast<int>(members_of(study));
+  study.factors.clear();
+  study.plan = study::Plan::grid;
+  return study;
+}
+
+std::int64_t members_a_row(const Plan& plan) {
+  for (const Way* w : plan.all_ways()) members_of(w->study);
+  return members_of(plan.first());
+}
+
+}  // namespace train_derail::validation
