@@ -543,6 +543,7 @@ CarBlock drawn_car(const CarBlock& like, const DrawnTrain& drawn, bool empty, do
   const inputs::CarType* type = empty ? drawn.empty_type : drawn.loaded_type;
   if (type == nullptr) return block;
   block.name = type->body;
+  block.loaded_weight = std::max(type->loaded, block.weight);
   block.length = type->length - coupler_length;
   block.width = type->width;
   block.truck_spacing = type->truck_spacing;

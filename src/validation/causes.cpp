@@ -18,7 +18,8 @@ namespace {
 constexpr const char* kAllowed = "source: text, groups: a list of name, title, codes, families";
 
 bool is_name(const std::string& text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
 }
 
 /// Reads the file of groups. What it has met it keeps, so that nothing is in two groups.
@@ -55,7 +56,9 @@ class GroupsReader {
       else if (key == "title" && value.IsScalar()) g.title = value.Scalar();
       else if (key == "codes" && value.IsSequence()) g.codes = texts(value, "code");
       else if (key == "families" && value.IsSequence()) g.families = texts(value, "family");
-      else throw InputError(where(entry.first), "groups." + key, "", "unknown key, or a value of the wrong kind", kAllowed);
+      else
+        throw InputError(where(entry.first), "groups." + key, "", "unknown key, or a value of the wrong kind",
+                         kAllowed);
     }
     if (!is_name(g.name)) throw InputError(where(node), "groups.name", g.name, "not a name", "letters, digits and _");
     once(node, "name", g.name);
@@ -65,7 +68,8 @@ class GroupsReader {
     std::vector<std::string> found;
     for (const YAML::Node& item : list) {
       found.push_back(item.as<std::string>(""));
-      if (found.back().empty()) throw InputError(where(item), "groups", "", "not a " + kind, "a text that is not empty");
+      if (found.back().empty())
+        throw InputError(where(item), "groups", "", "not a " + kind, "a text that is not empty");
       once(item, kind, found.back());
     }
     return found;

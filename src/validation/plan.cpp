@@ -62,7 +62,8 @@ class PlanReader {
                          "title, causes, fitted_on: text, groups: ways by the name of a group");
     }
     if (causes.empty()) throw InputError(path_, "causes", "", "missing", "a file of causes by group");
-    if (!groups.IsDefined() || groups.IsNull()) throw InputError(path_, "groups", "", "missing", "ways by the name of a group");
+    if (!groups.IsDefined() || groups.IsNull())
+      throw InputError(path_, "groups", "", "missing", "ways by the name of a group");
     CauseGroups known = read_cause_groups(causes);
     std::map<std::string, std::vector<Way>> ways;
     for (const auto& entry : groups) {
@@ -89,7 +90,8 @@ class PlanReader {
 
   std::vector<Way> list(const YAML::Node& node, const std::string& group) {
     const std::string allowed = "a list of ways: name, share, study";
-    if (!node.IsSequence() || node.size() == 0) throw InputError(where(node), "groups." + group, "", "not a list", allowed);
+    if (!node.IsSequence() || node.size() == 0)
+      throw InputError(where(node), "groups." + group, "", "not a list", allowed);
     std::vector<Way> ways;
     double sum = 0.0;
     for (const YAML::Node& item : node) {
@@ -110,14 +112,17 @@ class PlanReader {
       } else if (key == "share") {
         w.share = entry.second.as<double>(NAN);
         if (!(w.share >= 0.0 && w.share <= 1.0))
-          throw InputError(where(entry.first), "groups." + group + ".share", entry.second.as<std::string>(""), "out of range", "0 to 1");
+          throw InputError(where(entry.first), "groups." + group + ".share", entry.second.as<std::string>(""),
+                           "out of range", "0 to 1");
       } else if (key == "study" && entry.second.IsScalar()) {
         w.study = changed(study::read_study_file(beside(entry.second), changes_.overrides, changes_.spread), changes_);
       } else {
-        throw InputError(where(entry.first), "groups." + group + "." + key, "", "unknown key, or a value of the wrong kind", allowed);
+        throw InputError(where(entry.first), "groups." + group + "." + key, "",
+                         "unknown key, or a value of the wrong kind", allowed);
       }
     }
-    if (w.study.source.empty()) throw InputError(where(node), "groups." + group + ".study", "", "missing", "a file of a study");
+    if (w.study.source.empty())
+      throw InputError(where(node), "groups." + group + ".study", "", "missing", "a file of a study");
     if (w.name.empty()) w.name = std::filesystem::path(w.study.source).stem().string();
     return w;
   }
@@ -145,7 +150,8 @@ Plan::Plan(std::string title, CauseGroups causes, std::map<std::string, std::vec
   for (const CauseGroups::Group& g : causes_.groups) {
     const auto found = ways_.find(g.name);
     if (found == ways_.end() || found->second.empty())
-      throw InputError(causes_.path, "groups", g.name, "the plan has no way in which accidents of this group begin", "one or more");
+      throw InputError(causes_.path, "groups", g.name, "the plan has no way in which accidents of this group begin",
+                       "one or more");
     for (const Way& w : found->second) {
       const std::int64_t now = members_of(w.study);
       if (members && now != *members)

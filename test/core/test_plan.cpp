@@ -67,8 +67,13 @@ TEST_F(ByCause, EveryCodeHasAGroup) {
     const char *code, *group;
     bool listed;
   };
-  for (const Case& c : {Case{"T207", "rail", true}, {"T299", "rail", false}, {"E61C", "wheel", true},
-                        {"E00C", "wheel", false}, {"M405", "other", true}, {"H702", "other", false}, {"", "other", false}}) {
+  for (const Case& c : {Case{"T207", "rail", true},
+                        {"T299", "rail", false},
+                        {"E61C", "wheel", true},
+                        {"E00C", "wheel", false},
+                        {"M405", "other", true},
+                        {"H702", "other", false},
+                        {"", "other", false}}) {
     EXPECT_EQ(groups.find(c.code).group->name, c.group) << c.code;
     EXPECT_EQ(groups.find(c.code).listed, c.listed) << c.code;
   }
@@ -83,8 +88,9 @@ TEST_F(ByCause, EveryCodeHasAGroup) {
 
 TEST_F(ByCause, ACodeStandsOnce) {
   for (const char* text :
-       {"groups: [{name: a, codes: [T1]}, {name: b, codes: [T1]}]", "groups: [{name: a, codes: [T1]}, {name: a, codes: [T2]}]",
-        "groups: [{name: a, families: [T, T]}]", "groups: []", "groups: [{title: a}]", "groups: [{name: a b}]", "[1]", "causes: [T1]",
+       {"groups: [{name: a, codes: [T1]}, {name: b, codes: [T1]}]",
+        "groups: [{name: a, codes: [T1]}, {name: a, codes: [T2]}]", "groups: [{name: a, families: [T, T]}]",
+        "groups: []", "groups: [{title: a}]", "groups: [{name: a b}]", "[1]", "causes: [T1]",
         "groups: [{name: a, code: T1}]", "groups: [{name: a, codes: ['']}]"}) {
     EXPECT_THROW(validation::read_cause_groups(write("wrong.yaml", text).string()), inputs::InputError) << text;
   }
@@ -95,9 +101,16 @@ TEST_F(ByCause, TheShippedGroupsKnowTheirCodes) {
   struct Case {
     const char *code, *group;
   };
-  for (const Case& c : {Case{"T207", "broken_rail"}, {"T109", "track_geometry"}, {"T001", "track_geometry"},
-                        {"E53C", "wheel_axle_truck"}, {"E61C", "wheel_axle_truck"}, {"H503", "train_handling"},
-                        {"H702", "switch_human"}, {"T314", "switch_human"}, {"M405", "other"}, {"T401", "other"}}) {
+  for (const Case& c : {Case{"T207", "broken_rail"},
+                        {"T109", "track_geometry"},
+                        {"T001", "track_geometry"},
+                        {"E53C", "wheel_axle_truck"},
+                        {"E61C", "wheel_axle_truck"},
+                        {"H503", "train_handling"},
+                        {"H702", "switch_human"},
+                        {"T314", "switch_human"},
+                        {"M405", "other"},
+                        {"T401", "other"}}) {
     EXPECT_EQ(groups.find(c.code).group->name, c.group) << c.code;
     EXPECT_TRUE(groups.find(c.code).listed) << c.code;
   }
@@ -126,7 +139,8 @@ TEST_F(ByCause, WrongPlansAreRefused) {
   };
   const std::string file = (folder_ / "plan.yaml").string();
   EXPECT_EQ(plan_refusal(with("0.75", "0.7")), file + ":5: groups.wheel = '0.95': the sum of the shares; allowed: 1");
-  EXPECT_NE(plan_refusal(with("0.75", "1.5")).find("groups.wheel.share = '1.5': out of range; allowed: 0 to 1"), std::string::npos);
+  EXPECT_NE(plan_refusal(with("0.75", "1.5")).find("groups.wheel.share = '1.5': out of range; allowed: 0 to 1"),
+            std::string::npos);
   EXPECT_NE(plan_refusal(with("  other: [{study: soft.yaml}]\n", "")).find("other"), std::string::npos);
   EXPECT_NE(plan_refusal(with("rail:", "rails:")).find("groups.rails: no group of"), std::string::npos);
   EXPECT_NE(plan_refusal(with("causes: causes.yaml\n", "")).find("causes: missing"), std::string::npos);
@@ -160,15 +174,19 @@ TEST_F(ByCause, AStudyChangesItsBase) {
 }
 
 TEST_F(ByCause, MembersAreThoseOfTheirWay) {
-  write("table.csv", kTable.substr(0, kTable.find('\n')) + ",cause\n"
-                     "ONE,31,6,140.5,2,0,0,2,5,3,T207\nTWO,31,6,140.5,2,0,0,2,5,3,E61C\nTHREE,31,6,140.5,2,0,0,2,5,3,X999\n");
+  write("table.csv",
+        kTable.substr(0, kTable.find('\n')) +
+            ",cause\n"
+            "ONE,31,6,140.5,2,0,0,2,5,3,T207\nTWO,31,6,140.5,2,0,0,2,5,3,E61C\nTHREE,31,6,140.5,2,0,0,2,5,3,X999\n");
   const test::Result r = derail("validate table.csv --study plan.yaml --out out --members 8");
   ASSERT_EQ(r.code, 0) << r.out;
   EXPECT_NE(r.out.find("cause X999 in 1 rows is not listed"), std::string::npos) << r.out;
   files::CsvReader in((folder_ / "out" / "members.csv").string());
   std::vector<std::string> names, fields;
   in.next(names);
-  const auto place = [&](const char* name) { return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()); };
+  const auto place = [&](const char* name) {
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
   std::map<std::string, std::map<std::string, int>> ways;
   while (in.next(fields)) {
     const double ratio = std::stod(fields.at(place("rails.derail_ratio")));

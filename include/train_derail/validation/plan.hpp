@@ -17,9 +17,9 @@ namespace train_derail::validation {
 
 /// A way in which a derailment begins.
 struct Way {
-  std::string name;     ///< name in tables; of a plan of one study empty
-  double share = 1.0;   ///< its share of the members of a row; the shares of a group add up to 1 [-]
-  study::Study study;   ///< base scenario, inputs that vary
+  std::string name;    ///< name in tables; of a plan of one study empty
+  double share = 1.0;  ///< its share of the members of a row; the shares of a group add up to 1 [-]
+  study::Study study;  ///< base scenario, inputs that vary
 };
 
 /// From what the members of each row are drawn.
