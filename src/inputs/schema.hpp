@@ -211,8 +211,7 @@ inline constexpr When kPerturbed{[](const Scenario& s) {
                                           s.initial.mechanism != Mechanism::broken_rail ||
                                           s.contact.law == ContactLaw::elastic;
                                  },
-                                 "a size of initial.perturbation above 0, ties.law: guided, another initial.mechanism "
-                                 "than broken_rail, or contact.law: elastic (releases)"};
+                                 "a size of initial.perturbation above 0, or a law that leaves something to chance"};
 inline bool starts_by_chance(const Scenario& s) {
   return s.initial.mechanism == Mechanism::bad_track || s.initial.mechanism == Mechanism::turnout;
 }
@@ -595,7 +594,9 @@ void describe_perturbation_sizes(V& v, P& p) {
   v.number("emergency_time", p.emergency_time, {"1", "", between(0, 5), between(0, 1.5)},
            {"brakes.emergency_time is multiplied by exp(this times N(0,1)).", &kEmergencyTime});
   v.number("kick", p.kick, {"m/s", "ft/s", between(0, 100), between(0, 2)},
-           "A truck that derails at the point of derailment gets this times N(0,1) sideways (rails).");
+           "A truck that derails at the point of derailment or on bad track, and is not guided by ties, gets this "
+           "times N(0,1) "
+           "sideways (rails).");
   v.number("alignment", p.alignment, {"m", "ft", between(0, 10), between(0, 0.05)},
            "Standard deviation of the lateral alignment of the rails.");
 }

@@ -1,10 +1,25 @@
 #include "model/air_brakes.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
 
 #include "train_derail/model/brake_law.hpp"
 
 namespace train_derail::model {
+
+namespace {
+
+/// By how much the crew of this seed is slower than the scenario's.
+double crew_delay_factor(const inputs::Perturbation& p) {
+  if (p.emergency_time == 0.0) return 1.0;
+  boost::random::mt19937_64 generator(static_cast<std::uint64_t>(p.seed) ^ 0xc5e3ULL);
+  return std::exp(p.emergency_time * boost::random::normal_distribution<double>()(generator));
+}
+
+}  // namespace
 
 AirBrakes::AirBrakes(const inputs::Scenario& scenario, const std::vector<Car>& cars, const ExtendedKernels& loops)
     : law_(scenario.brakes), loops_(loops) {
@@ -17,12 +32,12 @@ AirBrakes::AirBrakes(const inputs::Scenario& scenario, const std::vector<Car>& c
   for (const inputs::CarBlock& block : scenario.consist) {
     for (int i = 0; i < block.count; ++i, ++car) {
       source_.push_back(block.brake_source == inputs::BrakeSource::remote);
-      ratio_[car] = block.brake_share * law_.force;
+      ratio_[car] = brake_ratio(law_, block);
       pipe_[car] = place + 0.5 * block.length;
       place += block.length + scenario.coupler.length;
     }
   }
-  if (law_.emergency_time) vent(*law_.emergency_time, -1);
+  if (law_.emergency_time) vent(*law_.emergency_time * crew_delay_factor(scenario.initial.perturbation), -1);
 }
 
 void AirBrakes::prepare(double t) {
@@ -31,12 +46,18 @@ void AirBrakes::prepare(double t) {
 }
 
 void AirBrakes::vent(double t, Eigen::Index coupler) {
+  open(t, coupler < 0 ? 0.0 : 0.5 * (pipe_[coupler] + pipe_[coupler + 1]));
+}
+
+void AirBrakes::part(double t, Eigen::Index car) { open(t, pipe_[car]); }
+
+void AirBrakes::open(double t, double place) {
   if (law_.law != inputs::BrakeLaw::air) return;
   const auto spread = [&](double at, double from) {
     for (Eigen::Index k = 0; k < signal_.size(); ++k)
       signal_[k] = std::min(signal_[k], at + brake_signal_delay(law_, pipe_[k] - from));
   };
-  spread(t, coupler < 0 ? 0.0 : 0.5 * (pipe_[coupler] + pipe_[coupler + 1]));
+  spread(t, place);
   for (Eigen::Index k = 0; k < pipe_.size(); ++k) {
     if (source_[static_cast<std::size_t>(k)]) spread(t + law_.radio_delay, pipe_[k]);
   }

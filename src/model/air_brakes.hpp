@@ -20,11 +20,15 @@ class AirBrakes final : public Part {
   const ArrayX& share() const { return share_; }
   /// The brake pipe is opened at time t [s] between car `coupler` and the next (coupler -1: at the head of the train).
   void vent(double t, Eigen::Index coupler);
+  /// The brake pipe is opened at time t [s] under car `car`.
+  void part(double t, Eigen::Index car);
 
   void prepare(double t) override;
   void walk(files::Archive& archive) override;
 
  private:
+  void open(double t, double place);
+
   const inputs::Brakes law_;
   const ExtendedKernels& loops_;
   std::vector<bool> source_;  // vents by radio

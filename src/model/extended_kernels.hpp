@@ -29,6 +29,10 @@ struct TruckArrays {
   const double* load = nullptr;                             ///< W / 2 [N]
   const double* rail_damping = nullptr;                     ///< N s/m
   const double* patch = nullptr;                            ///< factor of off-track friction
+  const double* ground_load = nullptr;                      ///< that off-track friction is a share of [N]
+  const double* guided = nullptr;                           ///< 1 if it runs on the ties, else 0
+  const double* drift = nullptr;                            ///< on the ties, from the centre line [m]
+  const double* tie_damping = nullptr;                      ///< N s/m
   double* kept = nullptr;  ///< what the parts of model/truck_parts.hpp keep in a step: column after column
 };
 
@@ -36,7 +40,8 @@ struct TruckArrays {
 struct ExtendedArrays : PlanarArrays {
   const inputs::Ground* ground = nullptr;
   const inputs::Rails* rails = nullptr;
-  double grade = 0.0;  ///< sine of the slope
+  const inputs::Ties* ties = nullptr;  ///< null: no truck runs on the ties
+  double grade = 0.0;                  ///< sine of the slope
   bool rails_on = false, by_slip = false, straight = true;
   const double* brake_share = nullptr;  ///< car: brake force over load on the track
   CouplerArrays couplers;

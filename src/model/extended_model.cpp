@@ -6,9 +6,11 @@
 #include "model/air_brakes.hpp"
 #include "model/contacts.hpp"
 #include "model/couplers.hpp"
+#include "model/derailment_start.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/trucks.hpp"
 #include "simd/instruction_sets.hpp"
+#include "train_derail/model/draft_gear_law.hpp"
 
 namespace train_derail::model {
 
@@ -27,6 +29,8 @@ struct ExtendedModel::Parts {
   Couplers couplers;
   Trucks trucks;
   std::unique_ptr<Contacts> contacts;  // null: bodies pass through each other
+  const bool front_first;              // the truck that is off first
+  const bool still;                    // the first car has no lateral motion at the start
   std::vector<Part*> all;              // in the order in which they act
   ExtendedArrays arrays;
 
@@ -34,7 +38,9 @@ struct ExtendedModel::Parts {
       : loops(kernels),
         brakes(s, train.cars(), loops),
         couplers(train, s.coupler, brakes, record),
-        trucks(train, cars, s, loops, record),
+        trucks(train, cars, s, loops, brakes, record),
+        front_first(starts_with_front(s)),
+        still(starts_on_ties(s)),
         all{&brakes, &couplers, &trucks} {
     if (s.contact.law != inputs::ContactLaw::none) {
       contacts = std::make_unique<Contacts>(s.contact, train.cars(), s.ground.regularization_speed, loops, record);
@@ -59,6 +65,7 @@ ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string
   ExtendedArrays& arrays = parts_->arrays;
   arrays.ground = &ground_;
   arrays.rails = &parts_->trucks.rails();
+  arrays.ties = parts_->trucks.ties().on() ? &parts_->trucks.ties().law() : nullptr;
   arrays.fx = fx_.data();
   arrays.fy = fy_.data();
   arrays.moment = moment_.data();
@@ -77,7 +84,9 @@ StateVector ExtendedModel::initial_state() const {
   // which still stands on the rails.
   const Eigen::Index first = initial_.cars_ahead;
   m.col(X) -= half_spacing_[first];
-  m(first, VY) = m(first, OMEGA) * half_spacing_[first];
+  if (parts_->still) m(first, OMEGA) = 0.0;
+  m(first, VY) = m(first, OMEGA) * (parts_->front_first ? half_spacing_[first] : -half_spacing_[first]);
+  if (initial_.mechanism == inputs::Mechanism::train_forces) squeeze(m.col(X));
   for (Eigen::Index k = 0; k < car_count(); ++k) {
     // Both truck centres on the rails, the car moving along them.
     const auto on_rails_at = [&](double s) {
@@ -100,6 +109,20 @@ StateVector ExtendedModel::initial_state() const {
     m(k, OMEGA) += (chord.x() * turning.y() - chord.y() * turning.x()) / chord.squaredNorm();
   }
   return state;
+}
+
+void ExtendedModel::squeeze(Eigen::Ref<ArrayX> x) const {
+  const Eigen::Index first = initial_.cars_ahead, couplers = coupler_count();
+  const auto closer = [&](Eigen::Index i) {  // by how much the cars of a coupler are than at mid-slack
+    const auto share = i < first ? static_cast<double>(i + 1) / static_cast<double>(first)
+                                 : static_cast<double>(couplers - i) / static_cast<double>(couplers - first);
+    const double shift = 0.5 * coupler_.slack + draft_gear_excess(coupler_, share * std::abs(initial_.buff_force));
+    return initial_.buff_force < 0.0 ? -shift : shift;
+  };
+  double shift = 0.0;
+  for (Eigen::Index k = first + 1; k <= couplers; ++k) x[k] += shift += closer(k - 1);
+  shift = 0.0;
+  for (Eigen::Index k = first - 1; k >= 0; --k) x[k] -= shift += closer(k);
 }
 
 void ExtendedModel::start(const double* y) {

@@ -26,6 +26,15 @@ void Record::walk(files::Archive& archive) {
     archive.value("x", d.x);
     archive.value("y", d.y);
   });
+  archive.list("tie_runs", incidents.tie_runs, [&](TieRun& r) {
+    archive.value("car", r.car);
+    archive.value("front", r.front);
+    archive.value("time", r.time);
+    archive.value("distance", r.distance);
+    archive.value("obstacles", r.obstacles);
+    archive.value("end_time", r.end_time);
+    archive.value("end", r.end);
+  });
   archive.list("broken", incidents.broken, [&](BrokenCoupler& b) {
     archive.value("time", b.time);
     archive.value("coupler", b.coupler);

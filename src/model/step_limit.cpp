@@ -6,10 +6,13 @@
 #include <fmt/format.h>
 
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/model/brake_law.hpp"
 #include "train_derail/model/contact_law.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
+#include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
 #include "train_derail/model/terrain.hpp"
+#include "train_derail/model/tie_law.hpp"
 #include "train_derail/model/train.hpp"
 
 namespace train_derail::model {
@@ -25,8 +28,8 @@ struct Responses {
   double rails = 0.0;  // lateral force at a truck [1/kg], times two trucks
   double friction =
       0.0;  // of a car's weight on both trucks, against their velocity [N/kg]: g, or more where it turns the car
-  double contact = 0.0;                              // force at a corner, of two cars [1/kg]
-  double coupler_damping = 0.0, rail_damping = 0.0;  // 1/s
+  double contact = 0.0;                                                 // force at a corner, of two cars [1/kg]
+  double coupler_damping = 0.0, rail_damping = 0.0, tie_damping = 0.0;  // 1/s
 };
 
 Responses responses(const Scenario& s) {
@@ -50,6 +53,7 @@ Responses responses(const Scenario& s) {
     const double at_truck = std::max(1.0 / c.mass, spread);  // bounce, yaw
     r.rails = std::max(r.rails, 2.0 * at_truck);
     r.rail_damping = std::max(r.rail_damping, 2.0 * at_truck * rail_damping(s.rails, c.mass));
+    r.tie_damping = std::max(r.tie_damping, 2.0 * at_truck * tie_damping(s.ties, c.mass));
     r.friction = std::max(r.friction, c.weight * at_truck);
     const double diagonal = 0.25 * (c.length * c.length + c.width * c.width);
     const double here = 1.0 / c.mass + diagonal / c.yaw_inertia;
@@ -71,10 +75,18 @@ double largest_friction(const Scenario& s) {
   double off = g.off_track_law == inputs::OffTrackLaw::by_slip ? std::max(g.in_line_friction, g.broadside_friction)
                                                                : g.off_track_friction;
   for (const inputs::GroundPatch& p : g.patches) off *= std::max(p.factor, 1.0);
+  double lightest = inputs::kInfinity, heaviest = 0.0;
+  for (const inputs::CarBlock& b : s.consist) {
+    lightest = std::min(lightest, b.weight);
+    heaviest = std::max(heaviest, b.weight);
+  }
+  // Over the weight it is most for the lightest car, or for the heaviest.
+  off *= std::max(friction_weight(g, lightest) / lightest, friction_weight(g, heaviest) / heaviest);
+  if (s.ties.law == inputs::TieLaw::guided) off = std::max(off, s.ties.drag);
   if (s.brakes.law == inputs::BrakeLaw::friction) return std::max(off, g.on_track_friction);
   double share = 0.0;
-  for (const inputs::CarBlock& b : s.consist) share = std::max(share, b.brake_share);
-  return std::max(off, s.brakes.rolling_resistance + share * s.brakes.force);
+  for (const inputs::CarBlock& b : s.consist) share = std::max(share, brake_ratio(s.brakes, b));
+  return std::max(off, s.brakes.rolling_resistance + share);
 }
 
 double longest_step(const Scenario& s, double rate, double damping) {
@@ -180,6 +192,7 @@ std::vector<StepLimit> step_limits(const Scenario& s) {
   add("coupler.swing_stiffness", s.coupler.swing_stiffness, r.swing, 0.0);
   if (s.ground.on_track_law == inputs::OnTrackLaw::rails)
     add("rails.stiffness", s.rails.stiffness, r.rails, r.rail_damping);
+  if (s.ties.law == inputs::TieLaw::guided) add("ties.stiffness", s.ties.stiffness, r.rails, r.tie_damping);
   // A car in a pile-up is pushed by two others at a time.
   if (s.contact.law != inputs::ContactLaw::none) add("contact.stiffness", s.contact.stiffness, 2.0 * r.contact, 0.0);
   add("ground.regularization_speed", 0.0, 0.0, largest_friction(s) * r.friction / s.ground.regularization_speed);

@@ -16,6 +16,7 @@
 #include "model/rail_frame.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
+#include "train_derail/model/tie_law.hpp"
 
 namespace train_derail::model {
 
@@ -50,6 +51,7 @@ struct TruckView {
 
   B get(const double* column) const { return L::load(column + i); }
   auto on_track() const { return get(a.trucks.on_track) > B(0.5); }
+  auto guided() const { return get(a.trucks.guided) > B(0.5); }
 };
 
 /// What a part keeps of some trucks.
@@ -116,8 +118,9 @@ struct GroundFriction {
       mu =
           slip_friction<B>(*t.a.ground, t.u * t.u + t.v * t.v, t.v * t.cosine - t.u * t.sine, t.get(t.a.trucks.offset));
     }
-    const auto f =
-        friction<B>(mu * t.get(t.a.trucks.patch) * t.get(t.a.trucks.load), t.u, t.v, t.a.regularization_speed);
+    B load = t.get(t.a.trucks.ground_load);
+    if (t.a.ties != nullptr) load = select(t.guided(), B(0.0), load);
+    const auto f = friction<B>(mu * t.get(t.a.trucks.patch) * load, t.u, t.v, t.a.regularization_speed);
     const Pull<B> pull{select(t.on_track(), B(0.0), f.x), select(t.on_track(), B(0.0), f.y)};
     kept.put(0, pull.x);
     kept.put(1, pull.y);
@@ -126,6 +129,27 @@ struct GroundFriction {
   template <class B, bool straight>
   static B taken(const TruckView<B, straight>& t, const Kept<B, straight>& kept) {
     return -(kept.get(0) * t.u + kept.get(1) * t.v);
+  }
+};
+
+/// Drag of the ties along the track, and how they hold the truck sideways.
+struct TieGuidance {
+  static constexpr double EnergyLedger::*kWork = &EnergyLedger::work_ties;
+  static constexpr std::ptrdiff_t kKept = 2;
+  template <class B, bool straight>
+  static Pull<B> pull(const TruckView<B, straight>& t, const Kept<B, straight>& kept) {
+    if (t.a.ties == nullptr) return {B(0.0), B(0.0)};
+    const B load = t.get(t.a.trucks.load), offset = t.get(t.a.trucks.offset) - t.get(t.a.trucks.drift);
+    const auto drag = friction<B>(t.a.ties->drag * load, t.along, B(0.0), t.a.regularization_speed);
+    const B held = tie_force<B>(*t.a.ties, t.get(t.a.trucks.tie_damping), offset, t.across, load);
+    const B along = select(t.guided(), drag.x, B(0.0)), across = select(t.guided(), held, B(0.0));
+    kept.put(0, along);
+    kept.put(1, across);
+    return t.rail.world(along, across);
+  }
+  template <class B, bool straight>
+  static B taken(const TruckView<B, straight>& t, const Kept<B, straight>& kept) {
+    return t.a.ties == nullptr ? B(0.0) : B(-(kept.get(0) * t.along + kept.get(1) * t.across));
   }
 };
 
@@ -181,6 +205,6 @@ struct PartList {
   }
 };
 
-using TruckParts = PartList<TrackResistance, RailHold, GroundFriction, Slope>;
+using TruckParts = PartList<TrackResistance, RailHold, GroundFriction, TieGuidance, Slope>;
 
 }  // namespace train_derail::model

@@ -4,6 +4,7 @@
 #include <boost/random/normal_distribution.hpp>
 
 #include "model/derailment_order.hpp"
+#include "model/derailment_start.hpp"
 #include "model/truck_parts.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/model/ground_law.hpp"
@@ -12,22 +13,27 @@
 namespace train_derail::model {
 
 Trucks::Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs::Scenario& scenario,
-               const ExtendedKernels& loops, Record& record)
+               const ExtendedKernels& loops, AirBrakes& brakes, Record& record)
     : train_(train),
       cars_(cars),
       loops_(loops),
       rails_(scenario.rails),
       rails_on_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
+      mechanism_(scenario.initial.mechanism),
+      front_first_(starts_with_front(scenario)),
       ahead_(scenario.initial.cars_ahead),
+      brakes_(brakes),
       record_(record),
+      ties_(scenario, train.cars(), record),
       track_(scenario, inputs::track_extent(scenario).from, inputs::track_extent(scenario).to),
       patches_(scenario.ground.patches),
       past_pod_(train.cars().size(), false),
       first_cause_(train.cars().size(), Cause::none),
-      cause_(2 * train.cars().size(), Cause::none) {
+      cause_(2 * train.cars().size(), Cause::none),
+      bad_places_(bad_places(scenario, train.cars().size())) {
   const Eigen::Index n = train.car_count();
-  for (auto* a :
-       {&kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_, &lateral_before_}) {
+  for (auto* a : {&ground_load_, &kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_,
+                  &lateral_before_}) {
     *a = ArrayX::Zero(2 * n);
   }
   kept_ = ArrayX::Zero(2 * n * TruckParts::kept);
@@ -39,6 +45,7 @@ Trucks::Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs:
     const Car& car = train.cars()[static_cast<std::size_t>(k)];
     for (const End end : {FRONT, REAR}) {
       load_[truck(k, end)] = 0.5 * car.weight;
+      ground_load_[truck(k, end)] = 0.5 * friction_weight(scenario.ground, car.weight);
       rail_damping_[truck(k, end)] = rail_damping(rails_, car.mass);
       kick_[truck(k, end)] = perturbation.kick * normal(generator);
     }
@@ -54,6 +61,8 @@ TruckArrays Trucks::arrays() {
   a.load = load_.data();
   a.rail_damping = rail_damping_.data();
   a.patch = patch_.data();
+  a.ground_load = ground_load_.data();
+  ties_.show(a);
   a.kept = kept_.data();
   return a;
 }
@@ -75,17 +84,23 @@ TrackPlace Trucks::place(Eigen::Index car, const Vector2& point) const {
 void Trucks::start(const double* y) {
   for (Eigen::Index i = 0; i < px_.size(); ++i) arc_[i] = track_.nearest({px_[i], py_[i]});
   pass_pod(y);
-  if (rails_on_) {
-    for (Eigen::Index i = 0; i < px_.size(); ++i) {
-      if (car_of(i) < ahead_ || arc_[i] < 0.0) continue;
-      cause_[static_cast<std::size_t>(i)] = Cause::pod;
-      on_track_[i] = 0.0;
-      record_.incidents.derailments.push_back({0.0, car_of(i), i < cars_.cars, Cause::pod, px_[i], py_[i]});
-    }
-  }
+  if (rails_on_) start_derailment();
   order_derailments();
   locate();
   find_standing();
+}
+
+void Trucks::start_derailment() {
+  const Cause cause = cause_of(mechanism_);
+  const Eigen::Index first = truck(ahead_, front_first_ ? FRONT : REAR);
+  for (Eigen::Index i = 0; i < px_.size(); ++i) {
+    const bool at_pod = mechanism_ == inputs::Mechanism::broken_rail && car_of(i) >= ahead_ && !(arc_[i] < 0.0);
+    if (!at_pod && (mechanism_ == inputs::Mechanism::broken_rail || i != first)) continue;
+    cause_[static_cast<std::size_t>(i)] = cause;
+    on_track_[i] = 0.0;
+    record_.incidents.derailments.push_back({0.0, car_of(i), i < cars_.cars, cause, px_[i], py_[i]});
+    if (ties_.on() && cause != Cause::pod) ties_.begin(0.0, i, 0.0);
+  }
 }
 
 void Trucks::locate() {
@@ -107,11 +122,17 @@ void Trucks::locate() {
     patch_[i] = patch_factor(patches_, arc_[i], offset_[i]);
   if (rails_on_ && !track_.aligned())
     loops_.subtract_alignment(trucks, track_.alignments(), arc_.data(), on_track_.data(), offset_.data());
+  drifted_off_.clear();
+  for (const Eigen::Index i : ties_.running()) {
+    if (ties_.drift(i, offset_[i], load_[i])) drifted_off_.push_back(i);
+  }
 }
 
 void Trucks::pass(const Step& step) {
   pass_pod(step.after);
-  if (rails_on_) leave_bad_track(step);
+  if (!rails_on_) return;
+  if (!ties_.running().empty()) run_on_ties(step);
+  leave_bad_track(step);
 }
 
 void Trucks::pass_pod(const double* y) {
@@ -128,7 +149,7 @@ void Trucks::leave_bad_track(const Step& step) {
   // Most steps nothing happens: find that out for all trucks together.
   const OnBadTrack bad =
       loops_.on_bad_track(trucks, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
-  const bool anything = !track_.straight() || bad.passes ||
+  const bool anything = !track_.straight() || bad.passes || passes_bad_place() ||
                         (bad.may_be_torn && loops_.any_torn(trucks, track_.torn_bins(), px_.data(), on_track_.data()));
   if (!anything) return;
   bool left = false;
@@ -137,8 +158,9 @@ void Trucks::leave_bad_track(const Step& step) {
     const double s = track_.foot({px_[i], py_[i]}, arc_[i]);
     const double from = arc_[i];
     arc_[i] = s;
-    if (car_of(i) >= ahead_ && from < 0.0 && s >= 0.0)
-      leave(step.end() - step.length * s / (s - from), i, Cause::pod, step.after);
+    const double bad_place = bad_places_[static_cast<std::size_t>(i)];
+    if (car_of(i) >= ahead_ && from < bad_place && s >= bad_place)
+      leave(step.end() - step.length * (s - bad_place) / (s - from), i, cause_of(mechanism_), step.after);
     else if (track_.torn(s)) leave(step.end(), i, Cause::torn_track, step.after);
     else continue;
     left = true;
@@ -146,7 +168,41 @@ void Trucks::leave_bad_track(const Step& step) {
   if (left) find_standing();
 }
 
+bool Trucks::passes_bad_place() const {
+  if (mechanism_ != inputs::Mechanism::bad_track) return false;  // the loops find the others
+  for (Eigen::Index i = 0; i < px_.size(); ++i) {
+    const double place = bad_places_[static_cast<std::size_t>(i)];
+    if (on_track_[i] > 0.0 && arc_[i] < place && px_[i] >= place) return true;
+  }
+  return false;
+}
+
+void Trucks::run_on_ties(const Step& step) {
+  const std::vector<Eigen::Index> running = ties_.running();  // some of them may end
+  for (const Eigen::Index i : running) {
+    const double s = track_.foot({px_[i], py_[i]}, arc_[i]);
+    const TieRuns::Met met = ties_.run(i, arc_[i], s);
+    arc_[i] = s;
+    const double t = step.time + met.share * step.length;
+    if (met.parted) brakes_.part(t, car_of(i));
+    if (met.thrown) leave_bed(t, i, TieRun::End::obstacle, step.after);
+  }
+}
+
+void Trucks::leave_bed(double t, Eigen::Index truck, TieRun::End by, double* y) {
+  ties_.end(t, truck, by);
+  track_.tear(arc_[truck]);
+  if (by == TieRun::End::obstacle) push_sideways(truck, ties_.throw_speed(truck), y);
+}
+
 bool Trucks::give_way(const Step& step) {
+  for (const Eigen::Index i : drifted_off_) leave_bed(step.end(), i, TieRun::End::drift, step.after);
+  const bool drifted = !drifted_off_.empty();
+  drifted_off_.clear();
+  return leave_overloaded(step) || drifted;
+}
+
+bool Trucks::leave_overloaded(const Step& step) {
   if (!rails_on_ || !loops_.overload(px_.size(), rails_, step.length, lateral_before_.data(), lateral(), load_.data(),
                                      overloaded_.data()))
     return false;
@@ -165,17 +221,26 @@ bool Trucks::give_way(const Step& step) {
 }
 
 void Trucks::leave(double t, Eigen::Index truck, Cause cause, double* y) {
-  MotionMap q = motion(y, cars_.cars);
   const Eigen::Index car = car_of(truck);
   cause_[static_cast<std::size_t>(truck)] = cause;
   on_track_[truck] = 0.0;
   overloaded_[truck] = 0.0;
   record_.incidents.derailments.push_back({t, car, truck < cars_.cars, cause, px_[truck], py_[truck]});
+  if (ties_.on() && (cause == Cause::bad_track || cause == Cause::defect)) {
+    ties_.begin(t, truck, 0.0);
+    return;
+  }
   track_.tear(arc_[truck]);
-  if (cause != Cause::pod || kick_[truck] == 0.0) return;
-  // An impulse at the truck, across the car, that changes the truck's velocity by the kick.
+  if (cause == Cause::pod || cause == Cause::bad_track) push_sideways(truck, kick_[truck], y);
+}
+
+// An impulse at the truck, across the car, that changes the truck's velocity by `speed`.
+void Trucks::push_sideways(Eigen::Index truck, double speed, double* y) {
+  if (speed == 0.0) return;
+  MotionMap q = motion(y, cars_.cars);
+  const Eigen::Index car = car_of(truck);
   const double arm = truck < cars_.cars ? cars_.half_spacing[car] : -cars_.half_spacing[car];
-  const double impulse = kick_[truck] / (cars_.inverse_mass[car] + arm * arm * cars_.inverse_inertia[car]);
+  const double impulse = speed / (cars_.inverse_mass[car] + arm * arm * cars_.inverse_inertia[car]);
   const auto kinetic = [&] {
     const Car& c = train_.cars()[static_cast<std::size_t>(car)];
     return 0.5 * c.mass * (q(car, VX) * q(car, VX) + q(car, VY) * q(car, VY)) +
@@ -211,6 +276,7 @@ void Trucks::walk(files::Archive& archive) {
   archive.column("patch", patch_);
   archive.column("place_x", px_);
   archive.column("place_y", py_);
+  archive.group("ties", [&] { ties_.walk(archive); });
   archive.group("track", [&] { track_.walk(archive); });
 }
 

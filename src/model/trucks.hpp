@@ -4,8 +4,10 @@
 
 #include <vector>
 
+#include "model/air_brakes.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
+#include "model/tie_runs.hpp"
 #include "train_derail/model/planar_model.hpp"
 #include "train_derail/model/track.hpp"
 
@@ -14,15 +16,17 @@ namespace train_derail::model {
 /// Trucks are numbered: the front ones of all cars, then the rear ones. The loops find the forces under them.
 class Trucks final : public Part {
  public:
-  /// `cars`: the arrays of `train`. `train`, `loops` and `record` must outlive the part.
+  /// `cars`: the arrays of `train`. A truck on the ties may open the pipe of `brakes`. `train`, `loops`, `brakes` and
+  /// `record` must outlive the part.
   Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs::Scenario& scenario,
-         const ExtendedKernels& loops, Record& record);
+         const ExtendedKernels& loops, AirBrakes& brakes, Record& record);
 
   /// What the loops need; valid as long as the part lives.
   TruckArrays arrays();
   bool rails_on() const { return rails_on_; }
   const Track& track() const { return track_; }
   const inputs::Rails& rails() const { return rails_; }
+  const TieRuns& ties() const { return ties_; }
   /// Places of the trucks, which the loops find [m].
   double* place_x() { return px_.data(); }
   double* place_y() { return py_.data(); }
@@ -54,8 +58,15 @@ class Trucks final : public Part {
   Eigen::Index car_of(Eigen::Index truck) const { return truck < cars_.cars ? truck : truck - cars_.cars; }
   bool on_rails(Eigen::Index truck) const { return cause_[static_cast<std::size_t>(truck)] == Cause::none; }
   void pass_pod(const double* y);
+  void start_derailment();
+  /// Trucks on the ties meet obstacles and part the brake pipe.
+  void run_on_ties(const Step& step);
+  bool passes_bad_place() const;
+  void leave_bed(double t, Eigen::Index truck, TieRun::End by, double* y);
+  void push_sideways(Eigen::Index truck, double speed, double* y);
   /// At the point of derailment or on torn track.
   void leave_bad_track(const Step& step);
+  bool leave_overloaded(const Step& step);
   void leave(double t, Eigen::Index truck, Cause cause, double* y);
   void find_standing();
   /// Lateral forces of the rails, as the loops have found them last [N].
@@ -66,8 +77,12 @@ class Trucks final : public Part {
   const ExtendedKernels& loops_;
   const inputs::Rails rails_;
   const bool rails_on_;
+  const inputs::Mechanism mechanism_;
+  const bool front_first_;    // the truck that is off first
   const Eigen::Index ahead_;  // cars that have passed the point of derailment unharmed
+  AirBrakes& brakes_;
   Record& record_;
+  TieRuns ties_;
   Track track_;
   const std::vector<inputs::GroundPatch> patches_;
   // One a car.
@@ -77,7 +92,10 @@ class Trucks final : public Part {
   std::size_t ordered_ = 0;  // derailments of the record
   // One a truck; see TruckArrays.
   std::vector<Cause> cause_;
-  ArrayX kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_, patch_, px_, py_;
+  const std::vector<double> bad_places_;
+  std::vector<Eigen::Index> drifted_off_;  // to leave the track bed in this step
+  ArrayX ground_load_, kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_,
+      patch_, px_, py_;
   ArrayX lateral_before_;  // lateral forces of the rails at the end of the step before [N]
   ArrayX kept_;            // column after column
 };

@@ -278,7 +278,7 @@ void Monitor::report_incidents(const model::Incidents& incidents, Outcome& o) co
   for (const model::TieRun& run : incidents.tie_runs) {
     ++o.on_ties.trucks;
     o.on_ties.distance_max = std::max(o.on_ties.distance_max, run.distance);
-    o.on_ties.obstacles += static_cast<int>(run.obstacles);
+    o.on_ties.obstacles += run.obstacles;
     o.on_ties.thrown_off += run.end == model::TieRun::End::none ? 0 : 1;
   }
   o.couplers_broken = static_cast<int>(incidents.broken.size());

@@ -16,6 +16,7 @@
 #include "train_derail/model/spatial_model.hpp"
 #include "train_derail/model/step_limit.hpp"
 #include "train_derail/outcome/monitor.hpp"
+#include "train_derail/outcome/release.hpp"
 #include "train_derail/outcome/trust.hpp"
 #include "train_derail/solver/integrator.hpp"
 
@@ -378,6 +379,8 @@ Snapshot Simulation::snapshot() const {
 outcome::Outcome Simulation::outcome() const {
   outcome::Outcome o;
   impl_->monitor.report(impl_->time, impl_->state.data(), o);
+  if (const model::Incidents* incidents = impl_->model.incidents())
+    o.released = outcome::released(impl_->scenario, incidents->impacts);
   o.ended = impl_->ended;
   o.message = impl_->message;
   o.warnings = impl_->warnings;

@@ -199,5 +199,53 @@ TEST(BrakeForce, IsThePapersFrictionIfThereIsNoAir) {
   EXPECT_NEAR(train.car(0).vx, 20.0 - 0.15 * kStandardGravity * 5.0, 1e-9);
 }
 
+/// Deceleration of a lone car in full emergency from the start [m/s^2].
+double deceleration(const inputs::CarBlock& block) {
+  inputs::Scenario s = braking(1);
+  s.consist = {block};
+  s.brakes.emergency_time = 0.0;
+  s.brakes.dead_time = 0.0;
+  s.brakes.propagation_speed = inputs::kInfinity;
+  s.initial.speed = 20.0;
+  Train train(s, {CarMotion{-1000.0, 0.0, 0.0, 20.0, 0.0, 0.0}});
+  train.to(2.0);
+  return (20.0 - train.car(0).vx) / train.time();
+}
+
+TEST(Brakes, OfACarHaveOneForceWhateverItIsLoadedWith) {
+  inputs::CarBlock loaded = braking(1).consist[0], empty = loaded;
+  loaded.weight = 286.0 * inputs::kKip;
+  empty.weight = 65.0 * inputs::kKip;
+  empty.loaded_weight = loaded.weight;
+  const auto force = [](const inputs::CarBlock& b) { return b.weight / kStandardGravity * deceleration(b); };
+  const double full = braking(1).brakes.force * loaded.weight;
+  EXPECT_NEAR(force(loaded), full, 1e-4 * full);
+  EXPECT_NEAR(force(empty), full, 1e-4 * full);
+  // A load sensor takes a part of it away.
+  empty.brake_share = 0.5;
+  EXPECT_NEAR(force(empty), 0.5 * full, 1e-4 * full);
+  // Without a loaded weight it is a share of the weight.
+  empty.loaded_weight.reset();
+  EXPECT_NEAR(deceleration(empty), 0.5 * deceleration(loaded), 1e-4);
+}
+
+TEST(Brakes, CrewsDifferByTheSeed) {
+  inputs::Scenario s = braking(1);
+  s.initial.perturbation.emergency_time = 0.5;
+  s.brakes.dead_time = 0.0;
+  double sum = 0.0, squares = 0.0;
+  const int seeds = 400;
+  for (int seed = 0; seed < seeds; ++seed) {
+    s.initial.perturbation.seed = seed;
+    Train train(s, {CarMotion{-1000.0, 0.0, 0.0, 20.0, 0.0, 0.0}});
+    const double onset = onsets(train, 20.0).at(0), size = std::log((onset - place(0) / 200.0) / 2.0);
+    ASSERT_LT(onset, 20.0);
+    sum += size;
+    squares += size * size;
+  }
+  EXPECT_NEAR(sum / seeds, 0.0, 4.3 * 0.5 / std::sqrt(seeds));
+  EXPECT_NEAR(std::sqrt(squares / seeds), 0.5, 4.3 * 0.5 / std::sqrt(2.0 * seeds));
+}
+
 }  // namespace
 }  // namespace train_derail

@@ -185,5 +185,29 @@ TEST(Grade, HasATerminalSpeedUnderRegularisedResistance) {
   }
 }
 
+TEST(FrictionWeight, GrowsWithAPowerOfTheWeight) {
+  inputs::Ground g;
+  EXPECT_EQ(model::friction_weight(g, 123456.789), 123456.789);
+  g.load_exponent = 0.5;
+  g.reference_weight = 1e6;
+  EXPECT_DOUBLE_EQ(model::friction_weight(g, 1e6), 1e6);
+  EXPECT_DOUBLE_EQ(model::friction_weight(g, 2.5e5), 5e5);
+  g.load_exponent = 0.0;
+  EXPECT_DOUBLE_EQ(model::friction_weight(g, 2.5e5), 1e6);
+}
+
+TEST(FrictionWeight, SlowsALightCarMore) {
+  inputs::Scenario s = test::bare(1);
+  test::set_friction(s, 0.0, 0.4);
+  s.ground.regularization_speed = 1e-3;
+  s.ground.load_exponent = 0.5;
+  s.ground.reference_weight = 4.0 * s.consist[0].weight;
+  s.initial.speed = 20.0;
+  Train train(s, {CarMotion{50.0, 0.0, 0.0, 20.0, 0.0, 0.0}});
+  train.to(1.0);
+  const double slowed = 0.4 * inputs::kStandardGravity * 2.0 * train.time();  // (W_ref / W)^(1/2) = 2
+  EXPECT_NEAR(20.0 - train.car(0).vx, slowed, 1e-4 * slowed);
+}
+
 }  // namespace
 }  // namespace train_derail

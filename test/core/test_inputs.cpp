@@ -106,6 +106,7 @@ TEST(Inputs, ShippedFilesShowEveryKey) {
   for (const std::string& path :
        {std::string(kBaseline), std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/accident.yaml",
         std::string(TRAIN_DERAIL_SOURCE_DIR) + "/docs/accident_model.md",
+        std::string(TRAIN_DERAIL_SOURCE_DIR) + "/docs/running_on_ties.md",
         std::string(TRAIN_DERAIL_SOURCE_DIR) + "/docs/spatial_model.md"}) {
     std::ifstream file(path);
     ASSERT_TRUE(file) << path;

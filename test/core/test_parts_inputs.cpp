@@ -43,6 +43,7 @@ const std::vector<Part> kParts{
      [](Scenario& s) {
        s.ground.patches = {{0.0, 1.0, 0.0, 1.0, 2.0}};
      }},
+    {"ground.load_exponent: 0.6", [](Scenario& s) { s.ground.load_exponent = 0.6; }},
     {"contact.law: elastic", [](Scenario& s) { s.contact.law = inputs::ContactLaw::elastic; }},
     {"coupler.draft_gear_travel: 0.1", [](Scenario& s) { s.coupler.draft_gear_travel = 0.1; }},
     {"coupler.damping_ratio: 0.1", [](Scenario& s) { s.coupler.damping_ratio = 0.1; }},

@@ -64,7 +64,8 @@ TEST(Warnings, WhatTheChosenLawsDoNotUseHasNoEffect) {
             Texts{"rails.stiffness = 3e+06 lbf/ft: no effect: it acts with ground.on_track_law: rails"});
   EXPECT_EQ(said(shipped("baseline.yaml", {{"contact.friction", "0.4"}, {"initial.perturbation.seed", "7"}})),
             (Texts{"contact.friction = 0.4: no effect: it acts with contact.law: elastic",
-                   "initial.perturbation.seed = 7: no effect: it acts with a size of initial.perturbation above 0"}));
+                   "initial.perturbation.seed = 7: no effect: it acts with a size of initial.perturbation above 0, or "
+                   "a law that leaves something to chance"}));
   EXPECT_EQ(said(shipped("accident.yaml", {{"solver.rtol", "1e-7"}})).size(), 1u);
   EXPECT_EQ(
       said(shipped("baseline.yaml", {{"consist[0].brake_share", "0.5"}, {"consist[0].brake_source", "remote"}})).size(),

@@ -19,6 +19,12 @@ T brake_build_up(const inputs::Brakes& b, const T& since) {
   return select(t < T(0.0), T(0.0), select(share < T(1.0), share, T(1.0)));
 }
 
+/// Full brake force over the weight of a car of the block [-]. One force behind all loads: a share of the loaded
+/// weight.
+inline double brake_ratio(const inputs::Brakes& b, const inputs::CarBlock& block) {
+  return block.brake_share * b.force * (block.loaded_weight ? *block.loaded_weight / block.weight : 1.0);
+}
+
 /// Time that the signal takes over `distance` of pipe [m], in seconds.
 inline double brake_signal_delay(const inputs::Brakes& b, double distance) {
   return b.signal == inputs::BrakeSignal::electronic ? 0.0 : std::abs(distance) / b.propagation_speed;

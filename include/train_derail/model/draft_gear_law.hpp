@@ -18,6 +18,13 @@ inline double draft_gear_energy(const inputs::Coupler& c, double excess) {
          (c.draft_gear_stiffness * gear + 0.5 * c.stiffness * solid) * solid;
 }
 
+/// Excess beyond the slack [m] at which the springs bear `force` >= 0 [N].
+inline double draft_gear_excess(const inputs::Coupler& c, double force) {
+  if (c.draft_gear_travel == 0.0) return force / c.stiffness;
+  const double gear = c.draft_gear_stiffness * c.draft_gear_travel;
+  return force <= gear ? force / c.draft_gear_stiffness : c.draft_gear_travel + (force - gear) / c.stiffness;
+}
+
 /// c = 2 zeta sqrt(k m) [N s/m] of the two cars (reduced mass m) on the first spring.
 inline double coupler_damping(const inputs::Coupler& c, double mass_a, double mass_b) {
   const double stiffness = c.draft_gear_travel > 0.0 ? c.draft_gear_stiffness : c.stiffness;

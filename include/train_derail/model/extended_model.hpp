@@ -62,6 +62,9 @@ class ExtendedModel final : public PlanarModel {
 
   const PlanarKernels& loops() const override;
   /// All forces but those that parts add by themselves, at (t, y).
+  /// Moves cars along the track, from mid-slack to where couplers bear initial.buff_force and less; the first car to
+  /// derail stays.
+  void squeeze(Eigen::Ref<ArrayX> x) const;
   void find_forces(double t, const double* y);
   void note_blockage(double h);
 

@@ -40,6 +40,12 @@ T slip_friction(const inputs::Ground& g, const T& speed_squared, const T& across
   return g.in_line_friction + (g.broadside_friction - g.in_line_friction) * select(smooth > far, smooth, far);
 }
 
+/// Weight that friction off the rails is a share of [N], for a car of weight W [N]: W_ref (W / W_ref)^load_exponent.
+/// With an exponent of 1 it is W.
+inline double friction_weight(const inputs::Ground& g, double weight) {
+  return g.load_exponent == 1.0 ? weight : g.reference_weight * std::pow(weight / g.reference_weight, g.load_exponent);
+}
+
 /// Product of the factors of the patches that a place lies on: arc length `s` along the track, `offset` from its centre
 /// line, left positive [m].
 inline double patch_factor(const std::vector<inputs::GroundPatch>& patches, double s, double offset) {

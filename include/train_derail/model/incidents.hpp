@@ -45,7 +45,7 @@ struct TieRun {
   bool front;        ///< the front truck; false: the rear one
   double time;       ///< when it left the rails [s]
   double distance;   ///< that it has run so far, along the track [m]
-  double obstacles;  ///< places of obstacles that it has met
+  int obstacles;     ///< places of obstacles that it has met
   double end_time;   ///< when it left the track bed [s]; if it has
   End end;           ///< what threw it off the track bed; none: nothing so far
 };

@@ -1,0 +1,183 @@
+// How a derailment starts: which trucks leave the rails by each mechanism, and the forces of a train in buff.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "extended_fixtures.hpp"
+#include "model/derailment_start.hpp"
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
+
+namespace train_derail {
+namespace {
+
+using inputs::Mechanism;
+using model::Cause;
+using test::Train;
+
+/// A train of 12 cars that rolls over the point of derailment, the third one first. Couplers and rails as in accident().
+inputs::Scenario rolling(Mechanism mechanism, inputs::TieLaw ties = inputs::TieLaw::guided) {
+  inputs::Scenario s = test::accident(12, 20.0);
+  s.initial.cars_ahead = 2;
+  s.initial.mechanism = mechanism;
+  s.ties.law = ties;
+  s.brakes.emergency_time.reset();
+  s.contact = {};
+  return s;
+}
+
+int derailed(const Train& train) {
+  int cars = 0;
+  for (Eigen::Index k = 0; k < train.model().car_count(); ++k) cars += train.model().derailed(k) ? 1 : 0;
+  return cars;
+}
+
+TEST(BadTrack, OfProbabilityOneTakesEveryTruckAndOfZeroNone) {
+  inputs::Scenario s = rolling(Mechanism::bad_track);
+  s.ties.drag = 0.01;
+  s.initial.truck_probability = 1.0;
+  Train all(s);
+  all.to(40.0);
+  EXPECT_EQ(all.incidents().derailments.size(), 20u);  // of ten cars
+  for (const model::Derailment& d : all.incidents().derailments) {
+    EXPECT_EQ(d.cause, Cause::bad_track);
+    EXPECT_GE(d.x, -1e-3);
+    EXPECT_LE(d.x, s.initial.bad_track_length + 0.1);
+  }
+  EXPECT_EQ(all.incidents().tie_runs.size(), 20u);
+  s.initial.truck_probability = 0.0;
+  Train none(s);
+  none.to(40.0);
+  EXPECT_EQ(derailed(none), 1);  // the one that the derailment starts with
+  EXPECT_EQ(none.incidents().derailments.size(), 1u);
+}
+
+TEST(BadTrack, OfNoLengthAndProbabilityOneIsABrokenRail) {
+  inputs::Scenario s = rolling(Mechanism::broken_rail, inputs::TieLaw::none);
+  s.initial.perturbation.alignment = 0.0;  // the first truck stands at the point of derailment, not a hair before it
+  Train broken(s);
+  s.initial.bad_track_length = 0.0;
+  s.initial.truck_probability = 1.0;
+  for (const Mechanism same : {Mechanism::bad_track, Mechanism::turnout}) {
+    s.initial.mechanism = same;
+    Train bad(s);
+    broken.to(20.0);
+    bad.to(20.0);
+    EXPECT_GT(derailed(bad), 5);
+    EXPECT_EQ(broken.state(), bad.state());
+  }
+}
+
+TEST(BadTrack, TakesTrucksWithItsProbabilityAnywhereOnIt) {
+  inputs::Scenario s = rolling(Mechanism::bad_track);
+  s.initial.truck_probability = 0.3;
+  s.initial.bad_track_length = 50.0;
+  int count = 0;
+  double sum = 0.0;
+  const int seeds = 200, trucks = 24;
+  for (int seed = 0; seed < seeds; ++seed) {
+    s.initial.perturbation.seed = seed;
+    for (const double place : model::bad_places(s, 12)) {
+      if (place == inputs::kInfinity) continue;
+      ++count;
+      sum += place;
+      ASSERT_GE(place, 0.0);
+      ASSERT_LE(place, 50.0);
+    }
+  }
+  const double n = seeds * trucks;
+  EXPECT_NEAR(count / n, 0.3, 4.3 * std::sqrt(0.21 / n));
+  EXPECT_NEAR(sum / count, 25.0, 4.3 * 50.0 / std::sqrt(12.0 * count));
+}
+
+TEST(DraggingTruck, IsTheOnlyOneThatLeavesTheRails) {
+  for (const auto& [truck, front] :
+       {std::pair{inputs::FirstTruck::front, true}, std::pair{inputs::FirstTruck::rear, false}}) {
+    inputs::Scenario s = rolling(Mechanism::dragging_truck);
+    s.initial.truck = truck;
+    Train train(s);
+    train.to(30.0);
+    ASSERT_EQ(train.incidents().derailments.size(), 1u);
+    const model::Derailment& d = train.incidents().derailments[0];
+    EXPECT_EQ(d.car, 2);
+    EXPECT_EQ(d.front, front);
+    EXPECT_EQ(d.cause, Cause::defect);
+    EXPECT_EQ(train.model().cause(2), Cause::defect);
+    EXPECT_EQ(train.model().cause(3), Cause::none);
+    EXPECT_GT(train.incidents().tie_runs.at(0).distance, 100.0);
+  }
+}
+
+TEST(DraggingTruck, IsEitherByTheSeed) {
+  inputs::Scenario s = rolling(Mechanism::dragging_truck);
+  s.initial.truck = inputs::FirstTruck::either;
+  int front = 0;
+  for (int seed = 0; seed < 1000; ++seed) {
+    s.initial.perturbation.seed = seed;
+    front += model::starts_with_front(s) ? 1 : 0;
+  }
+  EXPECT_NEAR(front, 500, 4.3 * std::sqrt(250.0));
+}
+
+class TrainForces : public testing::TestWithParam<double> {};
+
+TEST_P(TrainForces, AreLargestAtTheFirstCarAndFallToBothEnds) {
+  inputs::Scenario s = rolling(Mechanism::train_forces);
+  s.initial.perturbation = {};
+  s.initial.buff_force = GetParam() * inputs::kKip;
+  Train train(s);
+  // Cars 1 and 2 are ahead: couplers 1 and 2 lead up to car 3, the others away from it.
+  const std::vector<double> shares{0.5, 1.0, 1.0, 8.0 / 9, 7.0 / 9, 6.0 / 9, 5.0 / 9, 4.0 / 9, 3.0 / 9, 2.0 / 9, 1.0 / 9};
+  const ArrayX& axial = *train.model().axial_forces();
+  ASSERT_EQ(axial.size(), 11);
+  for (Eigen::Index i = 0; i < axial.size(); ++i)
+    EXPECT_NEAR(axial[i], shares[static_cast<std::size_t>(i)] * s.initial.buff_force, 20.0) << i;
+  ASSERT_EQ(train.incidents().derailments.size(), 1u);
+  EXPECT_EQ(train.incidents().derailments[0].cause, Cause::lateral);
+  EXPECT_EQ(train.incidents().derailments[0].car, 2);
+  // Its front truck stands at the point of derailment and swings out as it is told.
+  const auto car = train.car(2);
+  const double half = 0.5 * train.model().cars()[2].truck_spacing;
+  EXPECT_NEAR(car.x, -half, 1e-9);
+  EXPECT_NEAR(car.vy + half * car.omega, 2.0 * half * s.initial.yaw_rate, 1e-9);
+}
+
+// The draft gear is solid at 750 kip: both branches.
+INSTANTIATE_TEST_SUITE_P(Forces, TrainForces, testing::Values(300.0, 900.0, -200.0));
+
+TEST(Mechanisms, StandStillOnTheTiesAtTheStart) {
+  for (const Mechanism m : {Mechanism::bad_track, Mechanism::turnout, Mechanism::dragging_truck}) {
+    const inputs::Scenario s = rolling(m);
+    EXPECT_TRUE(model::starts_on_ties(s));
+    EXPECT_LT(std::abs(Train(s).car(2).omega), 0.01);  // but for the alignment of the rails
+    EXPECT_FALSE(model::starts_on_ties(rolling(m, inputs::TieLaw::none)));
+    EXPECT_NEAR(Train(rolling(m, inputs::TieLaw::none)).car(2).omega, s.initial.yaw_rate, 0.01);
+  }
+}
+
+TEST(Mechanisms, AreRefusedWhereNoModelHasThem) {
+  const auto refusal = [](const inputs::Scenario& s) -> std::string {
+    try {
+      inputs::validate(s);
+    } catch (const inputs::InputError& e) {
+      return e.what();
+    }
+    return "no error";
+  };
+  inputs::Scenario s = rolling(Mechanism::dragging_truck);
+  EXPECT_EQ(refusal(s), "no error");
+  s.model = inputs::Model::spatial;
+  EXPECT_EQ(refusal(s),
+            "scenario: initial.mechanism = 'dragging_truck': cannot be computed by model: spatial; allowed: leave this "
+            "key out, or model: extended");
+  s.initial.mechanism = Mechanism::broken_rail;
+  EXPECT_EQ(refusal(s).rfind("scenario: ties.law = 'guided': cannot be computed by model: spatial", 0), 0u);
+  s.ties.law = inputs::TieLaw::none;
+  s.ground.load_exponent = 0.6;
+  EXPECT_EQ(refusal(s).rfind("scenario: ground.load_exponent = '0.6': cannot be computed by model: spatial", 0), 0u);
+  s.ground.load_exponent = 1.0;
+  EXPECT_EQ(refusal(s), "no error");
+}
+
+}  // namespace
+}  // namespace train_derail
