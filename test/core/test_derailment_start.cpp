@@ -15,7 +15,8 @@ using inputs::Mechanism;
 using model::Cause;
 using test::Train;
 
-/// A train of 12 cars that rolls over the point of derailment, the third one first. Couplers and rails as in accident().
+/// A train of 12 cars that rolls over the point of derailment, the third one first. Couplers and rails as in
+/// accident().
 inputs::Scenario rolling(Mechanism mechanism, inputs::TieLaw ties = inputs::TieLaw::guided) {
   inputs::Scenario s = test::accident(12, 20.0);
   s.initial.cars_ahead = 2;
@@ -127,7 +128,8 @@ TEST_P(TrainForces, AreLargestAtTheFirstCarAndFallToBothEnds) {
   s.initial.buff_force = GetParam() * inputs::kKip;
   Train train(s);
   // Cars 1 and 2 are ahead: couplers 1 and 2 lead up to car 3, the others away from it.
-  const std::vector<double> shares{0.5, 1.0, 1.0, 8.0 / 9, 7.0 / 9, 6.0 / 9, 5.0 / 9, 4.0 / 9, 3.0 / 9, 2.0 / 9, 1.0 / 9};
+  const std::vector<double> shares{0.5,     1.0,     1.0,     8.0 / 9, 7.0 / 9, 6.0 / 9,
+                                   5.0 / 9, 4.0 / 9, 3.0 / 9, 2.0 / 9, 1.0 / 9};
   const ArrayX& axial = *train.model().axial_forces();
   ASSERT_EQ(axial.size(), 11);
   for (Eigen::Index i = 0; i < axial.size(); ++i)
