@@ -273,8 +273,8 @@ TEST(OnTies, ASavedRunGoesOnBitForBit) {
   s.initial.cars_ahead = 3;
   s.ties.law = inputs::TieLaw::guided;
   s.ties.parting_rate = 0.002;
-  s.obstacles.rate = 0.01;
-  s.obstacles.throw_probability = 0.2;
+  s.obstacles.rate = 0.05;
+  s.obstacles.throw_probability = 0.04;
   s.ties.lateral_ratio = 0.1;  // so that they drift
   s.ties.drift_max = 3.0;
   s.track.curves = {{0.0, 400.0, 0.001, 0.0}};
