@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "files.hpp"
+#include "import_terrain.hpp"
 #include "import_track.hpp"
 #include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -61,7 +62,8 @@ void say_assumptions(const std::string& heading, const std::vector<std::string>&
 }
 
 void add_import_command(CLI::App& app, std::function<int()>& chosen) {
-  CLI::App* command = app.add_subcommand("import", "Make a scenario of a train list or of a track file");
+  CLI::App* command =
+      app.add_subcommand("import", "Make a scenario of a train list, of a track file or of a map of heights");
   command->require_subcommand(1);
 
   auto consist = std::make_shared<ConsistArguments>();
@@ -76,6 +78,7 @@ void add_import_command(CLI::App& app, std::function<int()>& chosen) {
   consist_command->callback([consist, &chosen] { chosen = [consist] { return import_consist(*consist); }; });
 
   add_import_track(command, chosen);
+  add_import_terrain(command, chosen);
 
   auto types = std::make_shared<std::optional<std::string>>();
   CLI::App* types_command =

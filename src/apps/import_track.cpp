@@ -6,17 +6,14 @@
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include <fmt/format.h>
 
 #include "files.hpp"
 #include "import_command.hpp"
+#include "import_options.hpp"
 #include "page.hpp"
-#include "train_derail/files/number.hpp"
-#include "train_derail/files/text.hpp"
 #include "train_derail/inputs/error.hpp"
-#include "train_derail/inputs/units.hpp"
 #include "train_derail/tracks/line.hpp"
 #include "train_derail/tracks/scenario.hpp"
 
@@ -37,34 +34,8 @@ struct TrackArguments {
   bool backward = false, force = false;
 };
 
-double length_of(const char* option, const std::string& text, double least) {
-  double length = 0.0;
-  try {
-    length = inputs::to_si(text, "m");
-  } catch (const std::invalid_argument& e) {
-    throw InputError("command line", option, text, e.what(), "a length, as in \"5 km\"");
-  }
-  if (!(length >= least && length <= 1e5))
-    throw InputError("command line", option, text, "out of range", fmt::format("[{}, 100000] m", least));
-  return length;
-}
-
 std::optional<double> noise_of(const char* option, const std::optional<std::string>& text) {
   return text ? std::optional(length_of(option, *text, 0.0)) : std::nullopt;
-}
-
-/// Longitude and latitude, if a text is a place.
-std::optional<std::pair<double, double>> place_of(const std::string& text) {
-  const auto comma = text.find(',');
-  if (comma == std::string::npos) return std::nullopt;
-  const std::string_view all(text);
-  const auto longitude = files::number<double>(files::trimmed(all.substr(0, comma))),
-             latitude = files::number<double>(files::trimmed(all.substr(comma + 1)));
-  if (!longitude || !latitude || !(std::abs(*longitude) <= 180.0) || !(std::abs(*latitude) <= 85.0)) {
-    throw InputError("command line", "--derail-at", text, "not a place",
-                     "longitude,latitude in degrees, [-180, 180] and [-85, 85], as in \"-80.52,40.83\"");
-  }
-  return std::pair(*longitude, *latitude);
 }
 
 /// The points in a plane, in their order, with their distances along the line.

@@ -550,6 +550,28 @@ void describe_terrain_section(V& v, S& s) {
   v.number("bank_right", s.bank_right, height, "");
 }
 
+template <class V, class G>
+void describe_terrain_grid(V& v, G& g) {
+  v.number("spacing", g.spacing, {"m", "ft", between(0.1, 1e3), between(1, 20)},
+           {"Between neighbouring heights, along x and along y.", &kSpatial});
+  v.number("x_from", g.x_from, {"m", "ft", kPlaces},
+           {"Place of the first row, ahead of the point of derailment.", &kSpatial});
+  v.number("y_from", g.y_from, {"m", "ft", kPlaces},
+           {"Place of the first height of each row, to the left of the point of derailment.", &kSpatial});
+  v.number("seam", g.seam, {"m", "ft", between(0.01, 1e3), between(0.5, 10)},
+           {"Width beyond the crown of the roadbed over which the roadbed becomes the grid.", &kSpatial});
+  v.list(
+      "rows", g.rows,
+      [](auto& w, auto& r) {
+        w.text(
+            "heights", r.heights,
+            {"Heights in m above the top of the rails at the point of derailment, from right to left, apart by blanks.",
+             &kSpatial});
+      },
+      {"Heights of the ground (derail import terrain), one row for each place along x; none: no grid.", &kSpatial},
+      false);
+}
+
 template <class V, class T>
 void describe_terrain(V& v, T& t) {
   v.number("rail_height", t.rail_height, {"m", "in", between(0, 2), between(0, 0.5)},
@@ -574,6 +596,8 @@ void describe_terrain(V& v, T& t) {
   v.list(
       "sections", t.sections, [](auto& w, auto& s) { describe_terrain_section(w, s); },
       {"Stretches with another cross-section; what one leaves out is as terrain has it.", &kSpatial}, false);
+  v.group("grid", t.grid, [](auto& w, auto& g) { describe_terrain_grid(w, g); },
+          {"Ground from a map of heights, instead of banks and sections.", &kSpatial});
   v.number("body_friction", t.body_friction, {"1", "", between(0, 10), between(0.1, 1.5)},
            {"Friction of a body on the ground.", &kSpatial});
   v.number("body_stiffness", t.body_stiffness, {"N/m", "lbf/ft", between(1e3, 1e12), between(1e6, 1e8)},

@@ -6,12 +6,13 @@
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/terrain_grid.hpp"
 
 namespace train_derail::inputs {
 
 namespace {
 
-constexpr double kSamplesMax = 1e7, kOutputsMax = 1e6, kTornBinsMax = 1e6;
+constexpr double kSamplesMax = 1e7, kOutputsMax = 1e6, kTornBinsMax = 1e6, kGridHeightMax = 1e3;
 
 /// Null if no part beyond the paper's model is switched on.
 const PartInput* first_part(const Scenario& s) {
@@ -107,8 +108,34 @@ void check_counts(const Scenario& s) {
   items(s.track.curves.size(), kCurvesMax, "track.curves");
   items(s.track.grades.size(), kCurvesMax, "track.grades");
   items(s.terrain.sections.size(), kCurvesMax, "terrain.sections");
+  items(s.terrain.grid.rows.size(), kCurvesMax, "terrain.grid.rows");
   items(s.obstacles.places.size(), kCurvesMax, "obstacles.places");
   items(s.ground.patches.size(), kPatchesMax, "ground.patches");
+}
+
+/// A grid is whole, and nothing else says what it says.
+void check_grid(const Terrain& t) {
+  if (t.grid.rows.empty()) return;
+  if (t.grid.rows.size() < 2) refuse("terrain.grid.rows", "1 item", "too few", "none, or at least 2");
+  std::size_t across = 0;
+  for (std::size_t i = 0; i < t.grid.rows.size(); ++i) {
+    const std::string key = fmt::format("terrain.grid.rows[{}].heights", i);
+    std::size_t count = 0;
+    each_height(t.grid.rows[i].heights, [&](std::string_view word, std::optional<double> height) {
+      if (!height || !(std::abs(*height) <= kGridHeightMax))
+        refuse(key, std::string(word), "not a height", fmt::format("[{0}, {1}] m", -kGridHeightMax, kGridHeightMax));
+      ++count;
+    });
+    if (i == 0) across = count;
+    if (count != across || count < 2)
+      refuse(key, fmt::format("{} heights", count), "rows must have the same number of heights",
+             i == 0 ? "at least 2" : fmt::format("{}, as the first row", across));
+  }
+  for (const auto& [key, has] :
+       {std::pair("terrain.sections", !t.sections.empty()), std::pair("terrain.bank_left", t.bank_left != 0.0),
+        std::pair("terrain.bank_right", t.bank_right != 0.0)}) {
+    if (has) refuse(key, "", "given beside terrain.grid", "one of the two");
+  }
 }
 
 void check_coupler(const std::string& key, const std::string& type) {
@@ -164,6 +191,7 @@ void check_across(const Scenario& s) {
     refuse("coupler.slack", fmt::format("{}", s.coupler.slack), "too large for coupler.length",
            fmt::format("[0, {}) m", 2.0 * s.coupler.length));
   }
+  check_grid(s.terrain);
   check_parts(s);
   check_counts(s);
   if (s.solver.fixed_step && s.solver.method == Method::bdf) {

@@ -79,6 +79,7 @@ std::map<std::string, std::string> defaults() {
   one_of_each.track.curves.emplace_back();
   one_of_each.track.grades.emplace_back();
   one_of_each.terrain.sections.emplace_back();
+  one_of_each.terrain.grid.rows.emplace_back();
   std::map<std::string, std::string> values;
   for (KeyValue& v : key_values(one_of_each)) values[v.key] = std::move(v.value);
   return values;

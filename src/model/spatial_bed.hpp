@@ -10,6 +10,7 @@
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/ground_law.hpp"
+#include "train_derail/model/height_grid.hpp"
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
 #include "train_derail/model/track_profile.hpp"
@@ -30,6 +31,7 @@ class SpatialBed {
         patches_(s.ground.patches),
         terrain_(s.terrain),
         usual_(s.terrain),
+        grid_(s.terrain.grid),
         level_(model::level(s.terrain) && s.track.grades.empty()),
         highest_(model::highest_ground(s.terrain)) {}
 
@@ -42,7 +44,7 @@ class SpatialBed {
   /// Under a point that is near arc length s_near of the track.
   Under ground(const Eigen::Vector3d& p, double s_near) const {
     if (level_) return {-terrain_.rail_height, Eigen::Vector3d::UnitZ()};
-    if (track.straight() && profile.flat() && terrain_.sections.empty()) {
+    if (track.straight() && profile.flat() && terrain_.sections.empty() && grid_.empty()) {
       const GroundHeight g = ground_height(usual_, p.y());
       return {g.z, {0.0, -g.slope, 1.0}};
     }
@@ -62,10 +64,16 @@ class SpatialBed {
     foot = track.foot(place, foot + ahead);
     return ground_at(p, foot, track.at(foot));
   }
+  /// At arc length s of the track, `left` of it.
+  Under beside(double s, double left) const {
+    const Track::Node node = track.at(s);
+    return ground_at({node.point.x() - left * node.tangent.y(), node.point.y() + left * node.tangent.x(), 0.0}, s,
+                     node);
+  }
   /// No ground within `reach` of the track's place at s is higher.
   double highest_ground(double s, double reach) const {
-    if (profile.flat()) return highest_;
-    return highest_ + profile.at(s).bed + reach * profile.steepest();
+    const double beside = profile.flat() ? highest_ : highest_ + profile.at(s).bed + reach * profile.steepest();
+    return grid_.empty() ? beside : std::max(beside, grid_.highest());
   }
   /// Product of the factors of the patches that a point near arc length s_near lies on.
   double patch_factor(const Eigen::Vector3d& p, double s_near) const {
@@ -89,9 +97,34 @@ class SpatialBed {
     double rise = along.grade;
     if (!terrain_.sections.empty()) rise += change_along(s, offset);
     const GroundHeight g = ground_height(terrain_.sections.empty() ? usual_ : cross_section(terrain_, s), offset);
-    return {along.bed + g.z,
-            {g.slope * node.tangent.y() - rise * node.tangent.x(),
-             -g.slope * node.tangent.x() - rise * node.tangent.y(), 1.0}};
+    const Under roadbed{along.bed + g.z,
+                        {g.slope * node.tangent.y() - rise * node.tangent.x(),
+                         -g.slope * node.tangent.x() - rise * node.tangent.y(), 1.0}};
+    return grid_.empty() ? roadbed : joined(roadbed, p, offset, along, node);
+  }
+  /// The roadbed, which beyond its crown becomes the grid; ballast that stands out of it.
+  Under joined(const Under& roadbed, const Eigen::Vector3d& p, double offset, const TrackProfile::Place& along,
+               const Track::Node& node) const {
+    const double beyond = std::abs(offset) - terrain_.crown, share = std::min(beyond / terrain_.grid.seam, 1.0);
+    if (share <= 0.0) return roadbed;
+    const HeightGrid::Height map = grid_.at(p.x(), p.y());
+    const double side = offset < 0.0 ? -1.0 : 1.0;
+    const Vector2 left(-node.tangent.y(), node.tangent.x());
+    // The ballast's side may stand out of both.
+    const double outside = std::abs(offset) - terrain_.ballast_half_width;
+    const double ballast = along.bed - terrain_.rail_height - terrain_.ballast_slope * std::max(outside, 0.0);
+    // The crown, carried on without ballast.
+    const double crown = along.bed - terrain_.rail_height - terrain_.ballast_height;
+    const double z = crown + share * (map.z - crown);
+    const bool on_ballast = terrain_.ballast_height > 0.0 && ballast > z;
+    Vector2 slope = along.grade * node.tangent;
+    if (on_ballast) {
+      if (outside > 0.0) slope -= side * terrain_.ballast_slope * left;
+    } else {
+      slope = (1.0 - share) * slope + share * map.slope;
+      if (share < 1.0) slope += (side * (map.z - crown) / terrain_.grid.seam) * left;
+    }
+    return {on_ballast ? ballast : z, {-slope.x(), -slope.y(), 1.0}};
   }
   /// Of the ground's height by sections, per length of track.
   double change_along(double s, double offset) const {
@@ -106,6 +139,7 @@ class SpatialBed {
   const std::vector<inputs::GroundPatch>& patches_;
   const inputs::Terrain& terrain_;
   const CrossSection usual_;
+  const HeightGrid grid_;
   const bool level_;
   const double highest_;  // where the track is level
 };

@@ -457,6 +457,7 @@ inputs::Scenario checked(const inputs::Scenario& s) {
   refuse_if(s.contact.law != inputs::ContactLaw::none, "contact of bodies");
   refuse_if(!s.track.curves.empty(), "curves: track.curves");
   refuse_if(s.track.grade != 0.0 || !s.track.grades.empty(), "grades: track.grade, track.grades");
+  refuse_if(!s.terrain.sections.empty() || !s.terrain.grid.rows.empty(), "terrain.sections, terrain.grid");
   refuse_if(!s.ground.patches.empty(), "patches of ground");
   refuse_if(s.initial.cars_ahead > 0, "cars ahead of the point of derailment");
   refuse_if(s.initial.perturbation.kick != 0.0 || s.initial.perturbation.alignment != 0.0, "perturbations");

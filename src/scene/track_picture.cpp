@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "model/spatial_bed.hpp"
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
 #include "train_derail/model/track_profile.hpp"
@@ -58,7 +59,7 @@ Point beside(const model::Track::Node& node, double along, double left, double z
 /// The ground across the track. Heights here are above the ballast, or the crown where no ballast stands out, at the
 /// point of derailment.
 struct Ground {
-  explicit Ground(const inputs::Scenario& scenario) : terrain(scenario.terrain), profile(scenario) {
+  explicit Ground(const inputs::Scenario& scenario) : terrain(scenario.terrain), bed(scenario) {
     const inputs::Terrain& t = terrain;
     if (t.ballast_height > 0.0) {
       ballast_top = t.ballast_half_width;
@@ -66,6 +67,13 @@ struct Ground {
     }
     add_bends(model::CrossSection(t));
     for (const inputs::TerrainSection& section : t.sections) add_bends(model::CrossSection(t, section));
+    if (!t.grid.rows.empty()) {
+      for (const double side : {-1.0, 1.0}) {
+        for (const double beyond : {0.0, t.grid.seam}) bends.push_back(side * (t.crown + beyond));
+        for (double left = t.grid.spacing; left < kGroundBesideCurve; left += t.grid.spacing)
+          bends.push_back(side * left);
+      }
+    }
     std::sort(bends.begin(), bends.end());
     bends.erase(std::unique(bends.begin(), bends.end()), bends.end());
   }
@@ -77,12 +85,10 @@ struct Ground {
         bends.insert(bends.end(), {side * top, side * (top + c.ballast_height / c.ballast_slope)});
     }
   }
-  double height(double s, double left) const {
-    return profile.at(s).bed + model::ground_height(model::cross_section(terrain, s), left).z + terrain.rail_height;
-  }
+  double height(double s, double left) const { return bed.beside(s, left).z + terrain.rail_height; }
   /// Of the plane that both rails lie on; no lower than the bed, which the ballast is not to sink into.
   double bank(double s, double left) const {
-    const model::TrackProfile::Place place = profile.at(s);
+    const model::TrackProfile::Place place = bed.profile.at(s);
     return std::max(place.bed, place.height + place.tilt * left);
   }
   /// Offsets from `right` to `left` between which the ground is straight.
@@ -96,10 +102,10 @@ struct Ground {
   }
   bool level() const { return bends.empty() && even(); }
   /// The same all along.
-  bool even() const { return profile.flat() && terrain.sections.empty(); }
+  bool even() const { return bed.profile.flat() && terrain.sections.empty() && terrain.grid.rows.empty(); }
 
-  inputs::Terrain terrain;
-  model::TrackProfile profile;
+  const inputs::Terrain& terrain;
+  model::SpatialBed bed;
   double ballast_top = kBallastTop, ballast_foot = kBallastFoot;  // offsets where its sides begin and end
   std::vector<double> bends;                                      // offsets, left positive, rising
 };

@@ -20,4 +20,11 @@ inline constexpr char kReadLines[] = "train_derail_read_lines";
 using Project = void (*)(double longitude, double latitude, bool back, std::vector<double>& x, std::vector<double>& y);
 inline constexpr char kProject[] = "train_derail_project";
 
+/// Heights of a map, ESRI ASCII or GeoTIFF, at places of the globe [degrees]: bilinear between the middles of cells,
+/// NaN where the map has none. \param system  the map's system of coordinates ("EPSG:32614") in place of the one it
+/// names; "": the one it names.
+using ReadHeights = std::vector<double> (*)(const std::string& path, const std::string& system,
+                                            std::vector<double> longitude, std::vector<double> latitude);
+inline constexpr char kReadHeights[] = "train_derail_read_heights";
+
 }  // namespace train_derail::tracks

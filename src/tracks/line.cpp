@@ -213,6 +213,21 @@ Line read_line(const std::string& path) {
   return line;
 }
 
+std::vector<double> read_heights(const std::string& path, const std::string& system,
+                                 const std::vector<std::pair<double, double>>& longitudes_and_latitudes) {
+  std::vector<double> longitude, latitude;
+  for (const auto& [east, north] : longitudes_and_latitudes) {
+    longitude.push_back(east);
+    latitude.push_back(north);
+  }
+  static const auto read = load<ReadHeights>(kReadHeights);
+  try {
+    return read(path, system, longitude, latitude);
+  } catch (const std::runtime_error& e) {
+    throw InputError(path, "", "", e.what(), "a map of heights in ESRI ASCII (.asc) or GeoTIFF (.tif)");
+  }
+}
+
 std::vector<PlanePoint> Plane::flat(const std::vector<LinePoint>& points) const {
   std::vector<double> x, y;
   for (const LinePoint& p : points) {

@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "model/rotation.hpp"
+#include "model/spatial_bed.hpp"
 #include "spatial_fixtures.hpp"
 #include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -453,7 +454,26 @@ TEST(OffTheRails, ALateralTripOverturnsAtTheSpeedOfTheFormula) {
   }
 }
 
-TEST(OffTheRails, ACylinderRollsDownABankAtTwoThirdsOfGSine) {
+/// Heights of f at the knots of a grid about the point of derailment.
+template <class F>
+inputs::TerrainGrid grid_of(F f, double spacing, int along, int across) {
+  inputs::TerrainGrid grid;
+  grid.spacing = spacing;
+  grid.x_from = -along * spacing;
+  grid.y_from = -across * spacing;
+  for (int i = -along; i <= along; ++i) {
+    std::string& row = grid.rows.emplace_back().heights;
+    for (int j = -across; j <= across; ++j) row += std::to_string(f(i * spacing, j * spacing)) + " ";
+  }
+  return grid;
+}
+
+/// On a bank, or on a map that has the same slope.
+class OnASlope : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(OffTheRails, OnASlope, testing::Bool(),
+                         [](const auto& map) { return map.param ? "Map" : "Bank"; });
+
+TEST_P(OnASlope, ACylinderRollsDownAtTwoThirdsOfGSine) {
   inputs::Scenario s = spatial(1);
   s.terrain.bank_left = 60.0;
   s.terrain.crown = 1.0;
@@ -466,6 +486,12 @@ TEST(OffTheRails, ACylinderRollsDownABankAtTwoThirdsOfGSine) {
   tank.roof_height = 1.0 + 2.0 * radius;
   tank.centre_height = 1.0 + radius;
   const double angle = std::atan(s.terrain.bank_slope);
+  if (GetParam()) {
+    s.terrain.bank_left = 0.0;
+    s.terrain.grid =
+        grid_of([&](double, double y) { return -s.terrain.rail_height - s.terrain.bank_slope * (y - s.terrain.crown); },
+                5.0, 40, 20);
+  }
   // It lies on its roof, so that its trucks hang and part from it.
   for (const double hollow : {0.5, 1.0}) {
     tank.shape = inputs::BodyShape::cylinder;
@@ -545,6 +571,96 @@ TEST(Terrain, ABodySlidesOverATransitionWithoutALossInTheLedger) {
   const double dropped = -s.terrain.rail_height - 3.0 - up - end.centre.z();
   EXPECT_GT(dropped, 1.5);
   EXPECT_NEAR(end.velocity.squaredNorm(), 100.0 + 2.0 * kGravity * dropped, 3.0);
+}
+
+TEST(Terrain, AGridIsBilinearAndAsItsEdgeBeyondIt) {
+  const auto f = [](double x, double y) { return 1.0 + 0.25 * x - 0.5 * y + 0.125 * x * y; };
+  const model::HeightGrid grid(grid_of(f, 4.0, 3, 2));
+  for (const auto& [x, y] : {std::pair(1.0, -3.0), {-11.5, 7.5}, {0.0, 0.0}, {12.0, 8.0}}) {
+    EXPECT_NEAR(grid.at(x, y).z, f(x, y), 1e-6) << x << ' ' << y;
+    EXPECT_NEAR(grid.at(x, y).slope.x(), 0.25 + 0.125 * y, 1e-6) << x << ' ' << y;
+    EXPECT_NEAR(grid.at(x, y).slope.y(), -0.5 + 0.125 * x, 1e-6) << x << ' ' << y;
+  }
+  EXPECT_NEAR(grid.at(50.0, 2.0).z, f(12.0, 2.0), 1e-6);
+  EXPECT_EQ(grid.at(50.0, 2.0).slope.x(), 0.0);
+  EXPECT_NEAR(grid.at(50.0, 2.0).slope.y(), -0.5 + 0.125 * 12.0, 1e-6);
+  EXPECT_NEAR(grid.highest(), f(-12.0, -8.0), 1e-6);
+}
+
+TEST(Terrain, OnAGridTheRoadbedGoesOverIntoTheMapAndPushesAlongTheNormal) {
+  inputs::Scenario s = spatial(1);
+  s.ground.on_track_law = inputs::OnTrackLaw::rails;
+  s.terrain.ballast_height = 0.4;
+  s.track.curves = {{-200.0, 300.0, 1.0 / 400.0}};
+  s.track.grades = {{-200.0, 400.0, 0.015}};
+  const auto hill = [](double x, double y) {
+    return -2.0 + 0.02 * x - 0.03 * y + 0.8 * std::sin(0.1 * x) * std::cos(0.07 * y);
+  };
+  s.terrain.grid = grid_of(hill, 5.0, 60, 30);
+  inputs::validate(s);
+  const model::SpatialBed bed(s);
+  const model::HeightGrid map(s.terrain.grid);
+  EXPECT_FALSE(bed.level());
+  for (const double at_s : {-120.0, -3.0, 61.0}) {
+    const model::Track::Node node = bed.track.at(at_s);
+    double before = bed.beside(at_s, -40.0).z;
+    for (double left = -40.0; left <= 40.0; left += 0.05) {
+      const Vector3d p(node.point.x() - left * node.tangent.y(), node.point.y() + left * node.tangent.x(), 0.0);
+      const model::Under g = bed.ground(p, at_s);
+      EXPECT_NEAR(g.z, bed.beside(at_s, left).z, 1e-6);
+      EXPECT_LT(std::abs(g.z - before), 0.25) << "no step in the ground: " << at_s << ' ' << left;
+      before = g.z;
+      EXPECT_LE(g.z, bed.highest_ground(at_s, 50.0));
+      const double beyond = std::abs(left) - s.terrain.crown;
+      if (beyond >= s.terrain.grid.seam) {
+        // The ballast's side may reach beyond the crown.
+        const double ballast = bed.profile.at(at_s).bed - s.terrain.rail_height -
+                               s.terrain.ballast_slope * (std::abs(left) - s.terrain.ballast_half_width);
+        EXPECT_NEAR(g.z, std::max(ballast, map.at(p.x(), p.y()).z), 1e-9);
+      } else if (beyond <= 0.0) {
+        const double down = s.terrain.ballast_slope * (std::abs(left) - s.terrain.ballast_half_width);
+        EXPECT_NEAR(g.z,
+                    bed.profile.at(at_s).bed - s.terrain.rail_height - std::clamp(down, 0.0, s.terrain.ballast_height),
+                    1e-9);
+      }
+      // The normal is that of the surface, by differences; not where it has an edge.
+      constexpr double kStep = 1e-5;
+      const auto height = [&](double dx, double dy) { return bed.ground(p + Vector3d(dx, dy, 0.0), at_s).z; };
+      const double x_up = (height(kStep, 0) - height(0, 0)) / kStep,
+                   x_down = (height(0, 0) - height(-kStep, 0)) / kStep;
+      const double y_up = (height(0, kStep) - height(0, 0)) / kStep,
+                   y_down = (height(0, 0) - height(0, -kStep)) / kStep;
+      if (std::abs(x_up - x_down) > 1e-4 || std::abs(y_up - y_down) > 1e-4) continue;
+      EXPECT_NEAR(g.up.x(), -x_up, 2e-3) << at_s << ' ' << left;
+      EXPECT_NEAR(g.up.y(), -y_up, 2e-3) << at_s << ' ' << left;
+    }
+  }
+}
+
+TEST(Terrain, RefusesAGridThatIsNotWhole) {
+  inputs::Scenario s = spatial(3);
+  s.terrain.grid = grid_of([](double, double) { return -1.0; }, 5.0, 2, 2);
+  inputs::validate(s);
+  const auto refused = [&s](const char* key, auto change) {
+    inputs::Scenario bad = s;
+    change(bad);
+    try {
+      inputs::validate(bad);
+      ADD_FAILURE() << key;
+    } catch (const inputs::InputError& e) {
+      EXPECT_EQ(e.key(), key) << e.what();
+    }
+  };
+  refused("terrain.grid.rows[1].heights", [](inputs::Scenario& b) { b.terrain.grid.rows[1].heights = "1 2 3 4"; });
+  refused("terrain.grid.rows[2].heights", [](inputs::Scenario& b) { b.terrain.grid.rows[2].heights = "1 2 3 4 nan"; });
+  refused("terrain.grid.rows[0].heights", [](inputs::Scenario& b) { b.terrain.grid.rows[0].heights = ""; });
+  refused("terrain.grid.rows", [](inputs::Scenario& b) { b.terrain.grid.rows.resize(1); });
+  refused("terrain.bank_left", [](inputs::Scenario& b) { b.terrain.bank_left = 2.0; });
+  refused("terrain.sections", [](inputs::Scenario& b) {
+    b.terrain.sections.resize(1);
+    b.terrain.sections[0].length = 5.0;
+  });
+  refused("terrain.grid.spacing", [](inputs::Scenario& b) { b.terrain.grid.spacing = 0.0; });
 }
 
 TEST(OffTheRails, ABodySlidesDownABankOrHoldsOnIt) {

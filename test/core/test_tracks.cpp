@@ -1,4 +1,5 @@
 // Lines of points become tracks: known curves are found, noise is smoothed, what is wrong has its row.
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <random>
@@ -8,6 +9,7 @@
 #include "command_line.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/model/height_grid.hpp"
 #include "train_derail/tracks/fit.hpp"
 
 namespace train_derail {
@@ -299,6 +301,58 @@ TEST_F(TrackFiles, WhatIsWrongHasItsRow) {
   EXPECT_EQ(derail("import track " + at("none.kml") + " --derail-at 0").code, 2);
   put("a.csv", good);
   EXPECT_EQ(derail("import track " + at("a.csv") + " --derail-at 0 --force -o " + at("a.csv")).code, 2);
+}
+
+/// A plane on UTM zone 14: rises by 0.02 to the east and falls by 0.05 to the north, 100 m at the middle.
+std::string tilted_map() {
+  std::ostringstream out;
+  constexpr int kCells = 100;
+  constexpr double kEast = 534000.0, kNorth = 5114000.0, kCell = 10.0;
+  out << "ncols " << kCells << "\nnrows " << kCells << "\nxllcorner " << kEast - 0.5 * kCells * kCell << "\nyllcorner "
+      << kNorth - 0.5 * kCells * kCell << "\ncellsize " << kCell << "\nNODATA_value -9999\n";
+  for (int row = 0; row < kCells; ++row) {
+    for (int column = 0; column < kCells; ++column)
+      out << 100.0 + 0.02 * kCell * (column - 49.5) - 0.05 * kCell * (49.5 - row) << ' ';
+    out << '\n';
+  }
+  return out.str();
+}
+
+TEST_F(TrackFiles, AMapOfHeightsBecomesTheGroundBesideTheTrack) {
+  put("map.asc", tilted_map());
+  const std::string place = " --derail-at=-98.559886,46.1801 --system EPSG:32614 --base " + base(),
+                    out = " -o " + at("t.yaml");
+  for (const double degrees : {0.0, 75.0, 200.0}) {
+    const Result made = derail("import terrain " + at("map.asc") + place + " --force --along \"100 m\" --heading \"" +
+                               std::to_string(degrees) + " deg\"" + out);
+    ASSERT_EQ(made.code, 0) << made.out;
+    const inputs::Scenario s = inputs::read_scenario_file(at("t.yaml"));
+    EXPECT_NEAR(*s.track.heading, degrees * inputs::kDegree, 1e-6);
+    const model::HeightGrid grid(s.terrain.grid);
+    // Ahead is (sin, cos) in east and north, left (-cos, sin). UTM's north is not quite that of the globe there.
+    const double sine = std::sin(*s.track.heading), cosine = std::cos(*s.track.heading);
+    for (const auto& [x, y] : {std::pair(0.0, 0.0), {80.0, -60.0}, {-95.0, 95.0}}) {
+      const double east = x * sine - y * cosine, north = x * cosine + y * sine;
+      EXPECT_NEAR(grid.at(x, y).z, -s.terrain.rail_height + 0.02 * east - 0.05 * north, 0.05) << degrees << ' ' << x;
+    }
+  }
+  EXPECT_EQ(derail("run --quiet " + at("t.yaml") + " --set stop.time_max=0.1").code, 0);
+
+  const std::vector<std::array<std::string, 2>> wrong{
+      {place + " --heading \"75 deg\" --along \"2 km\" --spacing \"20 m\"", "no height at longitude"},
+      {place + " --heading \"75 deg\" --along \"2 km\"", "--along"},
+      {place + " --heading north", "--heading"},
+      {" --derail-at 5 --heading \"75 deg\" --base " + base(), "--derail-at"},
+      {" --derail-at=-98.56,46.18 --heading \"75 deg\" --base " + base(), "--system"},
+      {" --derail-at=-98.56,46.18 --heading \"75 deg\" --system EPSG:0 --base " + base(), "map.asc"},
+      {" --derail-at=-98.56,46.18 --heading \"75 deg\" --base " + kSource + "/config/accident.yaml", "model"}};
+  for (const auto& [options, said] : wrong) {
+    const Result r = derail("import terrain " + at("map.asc") + options);
+    EXPECT_EQ(r.code, 2) << options << "\n" << r.out;
+    EXPECT_NE(r.out.find(said), std::string::npos) << said << "\n" << r.out;
+  }
+  put("map.asc", "ncols 2\nnrows");
+  EXPECT_EQ(derail("import terrain " + at("map.asc") + place + " --heading \"75 deg\"").code, 2);
 }
 
 TEST_F(TrackFiles, TheExampleRunsAndHasAPicture) {

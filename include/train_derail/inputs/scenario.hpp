@@ -113,6 +113,21 @@ struct TerrainSection {
   std::optional<double> bank_right;          ///< m
 };
 
+/// Heights across the track at one x of a TerrainGrid.
+struct TerrainGridRow {
+  std::string heights;  ///< numbers apart by blanks, from right to left, above the top of the rails at x = 0 [m]
+};
+
+/// Heights of the ground at the knots of a grid, in the world frame: x ahead from the point of derailment, y to the
+/// left. Between knots heights are bilinear; beyond the outermost knots they are those of the edge.
+struct TerrainGrid {
+  double spacing = 5.0;              ///< between neighbouring knots, in x and in y [m]
+  double x_from = 0.0;               ///< of the first row [m]
+  double y_from = 0.0;               ///< of the first height of each row [m]
+  double seam = 2.0;                 ///< width beyond the crown over which the roadbed becomes the grid [m]
+  std::vector<TerrainGridRow> rows;  ///< ahead, `spacing` apart; none: no grid
+};
+
 /// Ground beside the track and how bodies lie on it, Model::spatial only. Flat by default.
 struct Terrain {
   double rail_height = 7.25 / 12.0 * kFoot;             ///< top of the rails above the ballast [m]
@@ -128,6 +143,7 @@ struct Terrain {
   double body_damping_ratio = 0.4;                      ///< of a quarter of the car on it [-]
   double transition = 100.0 * kFoot;                    ///< over which one cross-section changes into the next [m]
   std::vector<TerrainSection> sections;                 ///< in the order of their start, without overlap
+  TerrainGrid grid;                                     ///< instead of banks and sections
   double rest_speed = 0.01;  ///< cars off the rails that stay slower come to rest; 0: never [m/s]
 };
 

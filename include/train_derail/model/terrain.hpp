@@ -79,10 +79,11 @@ inline GroundHeight ground_height(const CrossSection& t, double offset) {
 
 /// The ground is one plane.
 inline bool level(const inputs::Terrain& t) {
-  return t.sections.empty() && t.bank_left == 0.0 && t.bank_right == 0.0 && t.ballast_height == 0.0;
+  return t.sections.empty() && t.grid.rows.empty() && t.bank_left == 0.0 && t.bank_right == 0.0 &&
+         t.ballast_height == 0.0;
 }
 
-/// No ground is higher than this [m].
+/// No ground beside that of a grid is higher than this [m].
 inline double highest_ground(const inputs::Terrain& t) {
   const auto highest = [](const CrossSection& c) {
     return -c.rail_height + std::max(0.0, -c.ballast_height - std::min(c.bank_left, c.bank_right));

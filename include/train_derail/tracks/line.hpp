@@ -47,4 +47,10 @@ class Plane {
   double longitude_, latitude_;
 };
 
+/// Heights of a map (ESRI ASCII or GeoTIFF, read by GDAL) at places of the globe, NaN where it has none [m].
+/// \param system  the map's system of coordinates ("EPSG:32614") in place of the one it names; "": the one it names.
+/// Throws inputs::InputError if the file cannot be read, std::runtime_error if this build has no GDAL.
+std::vector<double> read_heights(const std::string& path, const std::string& system,
+                                 const std::vector<std::pair<double, double>>& longitudes_and_latitudes);
+
 }  // namespace train_derail::tracks
