@@ -671,6 +671,8 @@ void describe_stop(V& v, S& s) {
 
 template <class V, class R>
 void describe_release(V& v, R& r) {
+  v.number("fittings", r.fittings, {"1", "", between(0, 1), between(0, 0.2)},
+           "Probability that a derailed tank car releases by its valves or fittings, whatever hits it.");
   v.number("threshold_speed", r.threshold_speed, {"m/s", "mph", between(0, 100), between(0, 15)},
            "Closing speed normal of an impact from which on a tank may release.");
   v.number("end_speed", r.end_speed, {"m/s", "mph", between_or_infinite(0.01, 1e4), between_or_infinite(2, 200)},

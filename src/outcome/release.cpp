@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_01.hpp>
@@ -29,12 +30,17 @@ double release_probability(const inputs::Release& law, double strength, double s
   return excess > 0.0 ? -std::expm1(-excess / scale) : 0.0;
 }
 
-Released released(const inputs::Scenario& scenario, const std::vector<model::Impact>& impacts) {
+Released released(const inputs::Scenario& scenario, const model::Incidents& incidents) {
   Released sum;
-  if (impacts.empty()) return sum;
+  // Bodies that pass through each other are no tanks.
+  if (scenario.contact.law == inputs::ContactLaw::none || incidents.derailments.empty()) return sum;
   const std::vector<double> strength = strengths(scenario.consist);
   std::vector<double> tight(strength.size(), 1.0);  // probability to release nothing
-  for (const model::Impact& i : impacts) {
+  for (const model::Derailment& d : incidents.derailments) {
+    const auto k = static_cast<std::size_t>(d.car);
+    if (!std::isinf(strength[k])) tight[k] = 1.0 - scenario.release.fittings;
+  }
+  for (const model::Impact& i : incidents.impacts) {
     const auto hit = [&](Eigen::Index car, model::Face face) {
       const auto k = static_cast<std::size_t>(car);
       tight[k] *= 1.0 - release_probability(scenario.release, strength[k], i.closing_speed_normal, face);

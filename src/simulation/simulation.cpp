@@ -380,7 +380,7 @@ outcome::Outcome Simulation::outcome() const {
   outcome::Outcome o;
   impl_->monitor.report(impl_->time, impl_->state.data(), o);
   if (const model::Incidents* incidents = impl_->model.incidents())
-    o.released = outcome::released(impl_->scenario, incidents->impacts);
+    o.released = outcome::released(impl_->scenario, *incidents);
   o.ended = impl_->ended;
   o.message = impl_->message;
   o.warnings = impl_->warnings;

@@ -338,9 +338,10 @@ struct OutcomeRules {
 /// When a tank car releases what it holds: the probability of an impact with a closing speed normal v is
 /// 1 - exp(-max(v - threshold_speed, 0) / scale), the scale by the side that is hit. Without influence on the motion.
 struct Release {
-  double threshold_speed = 8.0 * kMph;  ///< least closing speed normal [m/s]
-  double end_speed = 60.0 * kMph;       ///< scale where a head is hit [m/s]
-  double side_speed = 30.0 * kMph;      ///< scale where a shell is hit [m/s]
+  double fittings = 0.02;           ///< probability that a derailed tank car does so by valves or fittings [-]
+  double threshold_speed = 0.0;     ///< least closing speed normal [m/s]
+  double end_speed = 110.0 * kMph;  ///< scale where a head is hit [m/s]
+  double side_speed = 55.0 * kMph;  ///< scale where a shell is hit [m/s]
 };
 
 /// When states are published and written.

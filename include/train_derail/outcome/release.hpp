@@ -2,8 +2,6 @@
 /// Which tank cars release what they hold, from the impacts of a run. The law is docs/running_on_ties.md, section 6.
 #pragma once
 
-#include <vector>
-
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/incidents.hpp"
 #include "train_derail/outcome/outcome.hpp"
@@ -15,8 +13,8 @@ namespace train_derail::outcome {
 /// nothing to release). `speed`: v, the closing speed normal [m/s]; `face`: the side of the tank that is hit.
 double release_probability(const inputs::Release& law, double strength, double speed, model::Face face);
 
-/// Tank cars that release by these impacts, each independently of the others. One random number a car, by the seed,
-/// decides: what is hit harder in the same scenario releases at least as often.
-Released released(const inputs::Scenario& scenario, const std::vector<model::Impact>& impacts);
+/// Tank cars that release by impacts, or by fittings if they have derailed, each independently of the others. One
+/// random number a car, by the seed, decides: what is hit harder in the same scenario releases at least as often.
+Released released(const inputs::Scenario& scenario, const model::Incidents& incidents);
 
 }  // namespace train_derail::outcome
