@@ -1,5 +1,10 @@
 """Statistical models that predict how many cars derail: each gives a distribution of the count of every row."""
 
+import os
+
+# Small tables: threads that wait for each other on a busy machine cost more than they bring.
+os.environ.setdefault('OMP_NUM_THREADS', '1')
+
 import numpy as np
 from scipy.optimize import minimize
 from sklearn.ensemble import HistGradientBoostingRegressor, RandomForestRegressor

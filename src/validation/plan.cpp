@@ -51,15 +51,18 @@ class PlanReader {
   Plan read(const YAML::Node& root) {
     std::string title, causes, fitted_on;
     YAML::Node groups;
+    std::vector<ClassWay> classes;
     for (const auto& entry : root) {
       const std::string key = entry.first.as<std::string>("");
       if (key == "title" && entry.second.IsScalar()) title = entry.second.Scalar();
       else if (key == "causes" && entry.second.IsScalar()) causes = beside(entry.second);
       else if (key == "fitted_on" && entry.second.IsScalar()) fitted_on = beside(entry.second);
       else if (key == "groups" && entry.second.IsMap()) groups = entry.second;
+      else if (key == "classes" && entry.second.IsSequence()) classes = class_list(entry.second);
       else
-        throw InputError(where(entry.first), key, "", "unknown key, or a value of the wrong kind",
-                         "title, causes, fitted_on: text, groups: ways by the name of a group");
+        throw InputError(
+            where(entry.first), key, "", "unknown key, or a value of the wrong kind",
+            "title, causes, fitted_on: text, groups: ways by the name of a group, classes: a list of class and study");
     }
     if (causes.empty()) throw InputError(path_, "causes", "", "missing", "a file of causes by group");
     if (!groups.IsDefined() || groups.IsNull())
@@ -76,7 +79,7 @@ class PlanReader {
       }
       ways[name] = list(entry.second, name);
     }
-    Plan plan(std::move(title), std::move(known), std::move(ways));
+    Plan plan(std::move(title), std::move(known), std::move(ways), classes);
     plan.source = path_;
     plan.fitted_on = fitted_on;
     return plan;
@@ -86,6 +89,23 @@ class PlanReader {
   std::string where(const YAML::Node& node) const { return fmt::format("{}:{}", path_, node.Mark().line + 1); }
   std::string beside(const YAML::Node& node) const {
     return (std::filesystem::path(path_).parent_path() / node.Scalar()).string();
+  }
+
+  /// A list of {class: file, study: file}.
+  std::vector<ClassWay> class_list(const YAML::Node& node) {
+    const std::string allowed = "a list of class: a file, study: a file";
+    std::vector<ClassWay> found;
+    for (const YAML::Node& item : node) {
+      if (!item.IsMap() || item.size() != 2 || !item["class"] || !item["study"])
+        throw InputError(where(item), "classes", "", "not a class and a study", allowed);
+      ClassWay c;
+      c.of = read_fitted_class(beside(item["class"]));
+      c.way.study =
+          changed(study::read_study_file(beside(item["study"]), changes_.overrides, changes_.spread), changes_);
+      c.way.name = std::filesystem::path(c.way.study.source).stem().string();
+      found.push_back(std::move(c));
+    }
+    return found;
   }
 
   std::vector<Way> list(const YAML::Node& node, const std::string& group) {
@@ -144,21 +164,27 @@ Plan::Plan(study::Study study) : source(study.source), fitted_on(study.fitted_on
   ways_[""].push_back({"", 1.0, std::move(study)});
 }
 
-Plan::Plan(std::string title, CauseGroups causes, std::map<std::string, std::vector<Way>> ways)
+Plan::Plan(std::string title, CauseGroups causes, std::map<std::string, std::vector<Way>> ways,
+           const std::vector<ClassWay>& classes)
     : title_(std::move(title)), causes_(std::move(causes)), ways_(std::move(ways)) {
   std::optional<std::int64_t> members;
+  const auto check = [&](const Way& w) {
+    const std::int64_t now = members_of(w.study);
+    if (members && now != *members)
+      throw InputError(w.study.source, "samples", fmt::format("{}", now), "members of a row differ from way to way",
+                       fmt::format("{}, as elsewhere", *members));
+    members = now;
+  };
   for (const CauseGroups::Group& g : causes_.groups) {
     const auto found = ways_.find(g.name);
     if (found == ways_.end() || found->second.empty())
       throw InputError(causes_.path, "groups", g.name, "the plan has no way in which accidents of this group begin",
                        "one or more");
-    for (const Way& w : found->second) {
-      const std::int64_t now = members_of(w.study);
-      if (members && now != *members)
-        throw InputError(w.study.source, "samples", fmt::format("{}", now), "members of a row differ from way to way",
-                         fmt::format("{}, as elsewhere", *members));
-      members = now;
-    }
+    for (const Way& w : found->second) check(w);
+  }
+  for (const ClassWay& c : classes) {
+    check(c.way);
+    classes_.push_back({c.of, {c.way}});
   }
 }
 
@@ -166,7 +192,17 @@ std::string Plan::group_of(const Accident& accident) const {
   return by_cause() ? causes_.find(accident.cause).group->name : "";
 }
 
-const std::vector<Way>& Plan::ways_of(const Accident& accident) const { return ways_of_group(group_of(accident)); }
+const std::vector<Way>& Plan::ways_of(const Accident& accident) const {
+  for (const ClassWays& c : classes_) {
+    if (outside(c.of, accident).empty()) return c.ways;
+  }
+  return ways_of_group(group_of(accident));
+}
+std::vector<std::pair<std::string, const Way*>> Plan::class_ways() const {
+  std::vector<std::pair<std::string, const Way*>> found;
+  for (const ClassWays& c : classes_) found.emplace_back(c.of.path, &c.ways.front());
+  return found;
+}
 const std::vector<Way>& Plan::ways_of_group(const std::string& group) const { return ways_.at(group); }
 
 const Way& Plan::way_of(const Accident& accident, std::int64_t member) const {
@@ -186,6 +222,7 @@ std::vector<const Way*> Plan::all_ways() const {
   for (const auto& [name, ways] : ways_) {
     for (const Way& w : ways) all.push_back(&w);
   }
+  for (const ClassWays& c : classes_) all.push_back(&c.ways.front());
   return all;
 }
 

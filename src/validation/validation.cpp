@@ -268,6 +268,8 @@ nlohmann::ordered_json description_by_cause(const Plan& plan) {
     }
     j["groups"].push_back(group);
   }
+  for (const auto& [path, way] : plan.class_ways())
+    j["classes"].push_back({{"class", path}, {"study", nlohmann::ordered_json::parse(study::to_json(way->study))}});
   return j;
 }
 

@@ -150,6 +150,24 @@ TEST_F(ByCause, WrongPlansAreRefused) {
   EXPECT_NE(plan_refusal(kPlan).find("members of a row differ from way to way"), std::string::npos);
 }
 
+TEST_F(ByCause, RowsInsideOfAClassHaveItsStudy) {
+  write("class.yaml", "title: fast\nranges:\n  speed_mph: [40, 60]\ncauses: [E61C]\n");
+  const validation::Plan by = plan(kPlan + "classes: [{class: class.yaml, study: study.yaml}]\n");
+  Accident a = accident("E61C");
+  a.speed_mph = 50.0;
+  ASSERT_EQ(by.ways_of(a).size(), 1u);
+  EXPECT_EQ(by.ways_of(a)[0].name, "study");
+  EXPECT_EQ(by.group_of(a), "wheel");
+  a.speed_mph = 30.0;
+  EXPECT_EQ(by.ways_of(a).size(), 2u);
+  a.speed_mph = 50.0;
+  a.cause = "T207";
+  EXPECT_EQ(by.ways_of(a).size(), 1u);
+  EXPECT_EQ(by.all_ways().size(), 5u);
+  EXPECT_NE(plan_refusal(kPlan + "classes: [{class: class.yaml}]\n").find("not a class and a study"),
+            std::string::npos);
+}
+
 TEST_F(ByCause, AStudyChangesItsBase) {
   const study::Study base = study::read_study_file((folder_ / "study.yaml").string());
   const study::Study soft = study::read_study_file((folder_ / "soft.yaml").string());

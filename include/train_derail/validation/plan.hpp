@@ -7,11 +7,13 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/study/study.hpp"
 #include "train_derail/validation/causes.hpp"
+#include "train_derail/validation/fitted_class.hpp"
 
 namespace train_derail::validation {
 
@@ -22,6 +24,12 @@ struct Way {
   study::Study study;  ///< base scenario, inputs that vary
 };
 
+/// Accidents that have a study of their own, whatever their cause: those inside of a class.
+struct ClassWay {
+  FittedClass of;  ///< the class
+  Way way;         ///< its study; it is the only way of these rows
+};
+
 /// From what the members of each row are drawn.
 class Plan {
  public:
@@ -29,7 +37,9 @@ class Plan {
   Plan(study::Study study);  // NOLINT(google-explicit-constructor)
   /// By cause: `ways` has the ways of each group, by its name. Throws inputs::InputError if a group has none, or if the
   /// ways differ in the number of members.
-  Plan(std::string title, CauseGroups causes, std::map<std::string, std::vector<Way>> ways);
+  /// `classes`: rows inside of one of these have its way; the first that fits counts.
+  Plan(std::string title, CauseGroups causes, std::map<std::string, std::vector<Way>> ways,
+       const std::vector<ClassWay>& classes = {});
 
   const std::string& title() const { return title_; }
   /// Groups of causes; no path if one study is for all rows.
@@ -37,8 +47,10 @@ class Plan {
   bool by_cause() const { return !causes_.path.empty(); }
   /// Name of the group of the cause of an accident; empty if one study is for all rows.
   std::string group_of(const Accident& accident) const;
-  /// Ways of an accident: of the group of its cause.
+  /// Ways of an accident: that of the class that it is inside of, else those of the group of its cause.
   const std::vector<Way>& ways_of(const Accident& accident) const;
+  /// Ways of the classes that go before the groups, with the path of each class.
+  std::vector<std::pair<std::string, const Way*>> class_ways() const;
   /// Ways of a group, by its name.
   const std::vector<Way>& ways_of_group(const std::string& group) const;
   /// The way of a member of an accident, from 0. Of the members of an accident each way has its share, up to one
@@ -58,6 +70,11 @@ class Plan {
   std::string title_;
   CauseGroups causes_;
   std::map<std::string, std::vector<Way>> ways_;  // by group; "" if one study is for all rows
+  struct ClassWays {
+    FittedClass of;
+    std::vector<Way> ways;  // one
+  };
+  std::vector<ClassWays> classes_;
 };
 
 /// How a plan is changed as it is read.

@@ -1,0 +1,263 @@
+#!/usr/bin/python3
+"""score_freight.py, fit_freight.py: scores worked out by hand, folds that never leak, a fit that finds what it was given, and both
+scripts on real, short ensembles.
+
+  test_freight.py path/to/derail
+"""
+
+import json
+import os
+
+import unittest.mock
+
+import numpy as np
+
+from plot_testing import PlotTest, RAILS, refusal, run_tests, script
+
+import fit_freight
+import score_freight
+from derail_freight import competitors
+from derail_freight.fit import Group
+from derail_freight.scores import Rows, crps, distribution, fair_crps, mean, pit, pit_histogram, quantile
+from derail_freight.table import FOLDS, Members, Table
+from derail_plots.errors import DataError
+
+YEARS = [year for fold in FOLDS for year in fold]
+CAUSES = {'broken_rail': 'T207', 'wheel_axle_truck': 'E61C'}
+
+
+def rows_of(count, real=lambda i: 1 + i % 7):
+    """Rows as rows.csv has them."""
+    found = []
+    for i in range(count):
+        group = sorted(CAUSES)[i % 2]
+        found.append({
+            'line': str(i + 2), 'date': f'{YEARS[i % len(YEARS)]}-05-01', 'speed_mph': str(5 + i % 50), 'n_cars': '100', 'loaded': '60',
+            'empty': '40', 'tons_per_car': '90', 'cars_from_pod_to_rear': str(20 + i % 60), 'cars_derailed': str(real(i)),
+            'cause': CAUSES[group], 'cause_group': group,
+        })  # fmt: skip
+    return found
+
+
+def members_of(table, cars):
+    """Members as members.csv has them; `cars`: {way: counts of the members of a row}."""
+    rows = []
+    for line in table.line:
+        for way, counts in cars.items():
+            rows += [{'line': str(line), 'way': way, 'derailed_without_locomotives': str(c), 'ended': 'at_rest'} for c in counts]
+    return Members(table, rows)
+
+
+class ScoresTest(PlotTest):
+    def test_by_hand(self):
+        d = distribution([3, 1])
+        self.assertEqual((quantile(d, 0.5), quantile(d, 0.51), mean(d)), (1.0, 3.0, 2.0))
+        self.assertAlmostEqual(crps(d, 2), 1.0 - 0.5)  # mean distance 1, half the mean distance of two draws 0.5
+        self.assertAlmostEqual(fair_crps(d, 2), 1.0 - 1.0)  # of two different members: half of 2
+        self.assertAlmostEqual(crps(distribution([1, 5], [3, 1]), 1), 1.0 - 0.5 * 2 * 0.75 * 0.25 * 4)
+        self.assertAlmostEqual(fair_crps(distribution([4]), 7), 3.0)
+
+    def test_the_score_is_the_integral_of_the_squared_distance(self):
+        values, weights = np.array([2.0, 3.0, 7.0, 11.0]), np.array([0.1, 0.4, 0.3, 0.2])
+        steps = np.arange(0.0, 20.0, 0.001) + 0.0005
+        for real in (1.0, 3.0, 5.0, 12.0):
+            below = (weights[None, :] * (values[None, :] <= steps[:, None])).sum(axis=1)
+            self.assertAlmostEqual(crps((values, weights), real), 0.001 * np.sum((below - (steps >= real)) ** 2), places=2)
+
+    def test_rows_by_hand(self):
+        rows = Rows([2, 6], [distribution([1, 2, 3]), distribution([2, 4])])
+        s = rows.scores()
+        self.assertAlmostEqual(s['mae'], (0 + 4) / 2)
+        self.assertAlmostEqual(s['mse'], (0 + 9) / 2)
+        self.assertAlmostEqual(s['r2'], 1 - 9 / 8)
+        self.assertAlmostEqual(s['held'], 0.5)
+        self.assertAlmostEqual(s['width'], 2.0)
+        self.assertAlmostEqual(s['few'], (2 / 3 + 1 / 2) / 2)
+        self.assertAlmostEqual(s['few_real'], 0.5)
+        self.assertAlmostEqual(s['crps'], ((2 / 3 - 4 / 9) + (3 - 0.5)) / 2)
+
+    def test_pit(self):
+        self.assertEqual([round(x, 9) for x in pit(distribution([1, 2, 3]), 2)], [round(1 / 3, 9), round(2 / 3, 9)])
+        self.assertEqual([round(x, 9) for x in pit_histogram([(1 / 3, 2 / 3)], 3)], [0.0, 1.0, 0.0])
+        self.assertEqual([round(x, 9) for x in pit_histogram([(0.0, 0.5), (0.0, 0.0), (1.0, 1.0)], 2)], [round(2 / 3, 9), round(1 / 3, 9)])
+        draws = np.random.default_rng(1).integers(1, 30, (4000, 41))
+        reliable = Rows(draws[:, 0], [distribution(d) for d in draws[:, 1:]]).scores()['pit']
+        self.assertLess(max(abs(x - 0.1) for x in reliable), 0.03)
+
+
+class FoldsTest(PlotTest):
+    def test_a_year_is_in_one_fold_and_no_row_is_learned_by_its_own_prediction(self):
+        table = Table(rows_of(64))
+        folds = table.folds()
+        asked = []
+
+        def model(table, learn, predict):
+            asked.append((set(learn), set(predict)))
+            return [distribution([1])] * len(predict)
+
+        self.assertEqual(len(competitors.held_out(model, table, folds)), 64)
+        self.assertEqual(len(asked), 5)
+        for learn, predict in asked:
+            self.assertFalse({table.year[i] for i in learn} & {table.year[i] for i in predict})
+            self.assertEqual(learn | predict, set(range(64)))
+        self.assertEqual(sorted(i for _, predict in asked for i in predict), list(range(64)))
+
+    @unittest.mock.patch.object(competitors, 'TREES', 20)
+    @unittest.mock.patch.object(competitors, 'LEVELS', np.array([0.25, 0.5, 0.75]))
+    def test_no_model_sees_the_counts_of_the_fold(self):
+        table, other = Table(rows_of(160)), Table(rows_of(160))
+        folds = table.folds()
+        here = folds == 2
+        other.real = np.where(here, 40.0, other.real)
+        for name, model in competitors.MODELS.items():
+            one, two = (competitors.held_out(model, t, np.where(here, 0, 1)) for t in (table, other))
+            same = [np.array_equal(a[0], b[0]) and np.allclose(a[1], b[1]) for a, b in zip(one, two)]
+            self.assertTrue(all(np.array(same)[here]), name)
+            self.assertFalse(all(np.array(same)[~here]), f'{name}: the other fold learns from it')
+
+    def test_a_year_without_a_fold_is_refused(self):
+        rows = rows_of(8)
+        rows[3]['date'] = '1999-01-01'
+        with self.assertRaisesRegex(DataError, 'no fold has the year 1999'):
+            Table(rows).folds()
+
+
+class ModelsTest(PlotTest):
+    def test_truncated_geometric_finds_its_own_numbers(self):
+        table = Table(rows_of(3000))
+        random = np.random.default_rng(3)
+        length = table['cars_from_pod_to_rear']
+        chance = 1 / (1 + np.exp(-(1.0 - 1.2 * np.log(table['speed_mph']) + 0.2 * np.log(length))))
+        draws = random.random(len(table)) * (1 - (1 - chance) ** length)
+        table.real = np.floor(np.log1p(-draws) / np.log1p(-chance)) + 1
+        every = np.arange(len(table))
+        found = competitors.truncated_geometric(table, every, every)
+        for i in (0, 777, 2999):
+            values, weights = found[i]
+            self.assertEqual(values.max(), length[i])
+            self.assertAlmostEqual(weights.sum(), 1.0)
+            self.assertLess(abs(weights[0] / (chance[i] / (1 - (1 - chance[i]) ** length[i])) - 1), 0.15)
+
+    def test_a_straight_line_is_found(self):
+        rows = rows_of(60)
+        for i, row in enumerate(rows):
+            row['cars_derailed'] = str(2 + int(row['speed_mph']))
+        table = Table(rows)
+        d = competitors.linear(table, np.arange(30), np.arange(30, 60))
+        self.assertTrue(np.allclose([quantile(x, 0.5) for x in d], table.real[30:]))
+
+
+class FitTest(PlotTest):
+    def test_shares_are_those_that_were_put_in(self):
+        table = Table(rows_of(800, lambda i: 1 if (i // 2) % 10 < 3 else 20))
+        members = members_of(table, {'stops': [1] * 6, 'heap': [20] * 6})
+        rows = np.flatnonzero(table.group == 'broken_rail')
+        shares, parts, _ = Group(table, members, rows).fit(np.arange(len(rows)))
+        self.assertEqual(parts, {})
+        self.assertAlmostEqual(shares[1], 0.3, delta=0.03)  # ways by name: heap, stops
+
+    def test_a_narrower_range_is_taken_where_it_pays(self):
+        table = Table(rows_of(400, lambda i: 3))
+        rows = []
+        for line in table.line:
+            rows += [
+                {'line': str(line), 'way': 'heap', 'derailed_without_locomotives': str(3 if x < 5 else 30), 'x': str(x), 'y': str(x * 7 % 10)}
+                for x in range(10)
+            ]
+        members = Members(table, rows)
+        group = Group(table, members, np.arange(len(table)), ['x', 'y'])
+        _, parts, score = group.fit(np.arange(len(table)))
+        self.assertEqual(parts, {'x': 'lower half'})
+        self.assertAlmostEqual(score, 0.0)
+
+    def test_shares_go_into_the_file_of_ways(self):
+        path = self.path('w.yaml', 'groups:\n  broken_rail:\n    - {name: a, share: 0.5, study: a.yaml}\n    - {name: b, share: 0.5, study: b.yaml}\n  other:\n    - {name: a, share: 1, study: a.yaml}\n')
+        groups = {'broken_rail': {'ways': {'a': 0.25, 'b': 0.75}}}
+        fit_freight.write_shares(path, groups)
+        with open(path, encoding='utf-8') as file:
+            text = file.read()
+        self.assertIn('{name: a, share: 0.2500, study: a.yaml}\n    - {name: b, share: 0.7500,', text)
+        self.assertIn('{name: a, share: 1, study: a.yaml}', text)
+        groups = {'g': {'ways': {'a': 1 / 3, 'b': 1 / 3, 'c': 1 / 3}}}
+        fit_freight.rounded(groups)
+        self.assertAlmostEqual(sum(groups['g']['ways'].values()), 1.0, places=12)
+
+
+STUDY = """
+title: short
+scenario: rails.yaml
+plan: latin_hypercube
+samples: 4
+factors:
+  - {key: rails.derail_ratio, low: 0.8, high: 1.1}
+perturbation: {kick: 1 ft/s}
+"""
+WAYS = """
+title: two ways
+causes: causes.yaml
+groups:
+  broken_rail:
+    - {name: stiff, share: 0.5, study: short.yaml}
+    - {name: soft, share: 0.5, study: soft.yaml}
+  other: [{study: short.yaml}]
+"""
+
+
+class ScriptsTest(PlotTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.path('rails.yaml', RAILS)
+        cls.path('short.yaml', STUDY)
+        cls.path('soft.yaml', 'base: short.yaml\nfactors:\n  - {key: rails.derail_ratio, low: 0.4, high: 0.5}\n')
+        cls.path('causes.yaml', 'groups:\n  - {name: broken_rail, codes: [T207]}\n  - {name: other, codes: [M405]}\n')
+        ways = cls.path('ways.yaml', WAYS)
+        lines = ['date,speed_mph,n_cars,tons_per_car,cars_derailed,head_end_locos,mid_locos,rear_locos,first_car_position,cars_from_pod_to_rear,cause,loaded,empty']
+        for i in range(80):
+            lines.append(f'{YEARS[i % 8]}-01-0{1 + i % 9},{5 + i % 40},6,{40 + i % 90},{1 + i % 5},1,0,0,2,5,{"T207" if i % 4 else "M405"},3,3')
+        cls.table = cls.path('freight.csv', '\n'.join(lines) + '\n')
+        cls.out = cls.path('out')
+        cls.derail('validate', cls.table, '--study', ways, '--out', cls.out)
+
+    def test_score_and_fit(self):
+        done = script('score_freight.py', self.out, '--no-in-sample')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(os.path.join(self.out, 'freight.json'), encoding='utf-8') as file:
+            scores = json.load(file)
+        with open(os.path.join(self.out, 'validation.json'), encoding='utf-8') as file:
+            theirs = json.load(file)['groups'][0]['scores'][0]
+        ours = scores['all']['simulation']
+        self.assertEqual(ours['rows'], 80)
+        self.assertAlmostEqual(ours['crps'], theirs['crps'])
+        self.assertAlmostEqual(ours['held'], theirs['coverage'])
+        self.assertAlmostEqual(ours['width'], theirs['interval_width'])
+        self.assertEqual(scores['cause: other']['simulation']['rows'], 20)
+        self.assertIn('| quantile forest, by folds | 80 |', done.stdout)
+        pictures = os.path.join(self.out, 'pictures')
+        names = [n for n in os.listdir(pictures) if n.endswith('.png')]
+        self.assertEqual(len(names), 4)
+        for name in names:
+            self.check_picture(os.path.join(pictures, name))
+
+        ways = os.path.join(self.folder, 'ways.yaml')
+        done = script('fit_freight.py', self.out, '--keys', 'rails.derail_ratio', '--write', ways)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn('held out by year', done.stdout)
+        with open(os.path.join(self.out, 'fit.json'), encoding='utf-8') as file:
+            self.assertAlmostEqual(sum(json.load(file)['groups']['broken_rail']['ways'].values()), 1.0)
+        self.derail('validate', self.table, '--study', ways, '--out', self.path('again'), '--every', '40')
+
+    def test_what_is_not_there_is_told(self):
+        for main in (score_freight.main, fit_freight.main):
+            code, said = refusal(main, self.path('nowhere'))
+            self.assertEqual(code, 2)
+            self.assertIn('rows.csv', said)
+        plain = self.path('plain')
+        self.derail('validate', self.table, '--study', self.path('short.yaml'), '--every', '20', '--out', plain)
+        code, said = refusal(score_freight.main, plain)
+        self.assertEqual(code, 2)
+        self.assertIn('cause_group is missing', said)
+
+
+if __name__ == '__main__':
+    run_tests()
