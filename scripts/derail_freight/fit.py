@@ -124,7 +124,7 @@ class Group:
             if not tried:
                 return shares, parts, score
             better = min(tried, key=lambda t: t[0])
-            if better[0] > score * (1.0 - LEAST_GAIN):
+            if better[0] >= score * (1.0 - LEAST_GAIN):
                 return shares, parts, score
             score, shares, parts = better
 

@@ -33,10 +33,10 @@ def by_cause(table, models):
     """Error of the median for each cause."""
     shown, groups = _labels(models), sorted(set(table.group))
     figure, (ax,) = style.panels(1, 1, style.TWO_COLUMNS, 2.9)
-    height = 0.8 / len(shown)
     for i, (key, label) in enumerate(shown):
         errors = [models[key].scores(table.group == g)['mae'] for g in groups]
-        ax.barh(np.arange(len(groups)) + (i - 0.5 * (len(shown) - 1)) * height, errors, height, color=style.series(i)['color'], label=label)
+        ax.plot(errors, np.arange(len(groups)), **dict(style.series(i), linestyle='none', markersize=7), label=label)
+    ax.set_xlim(left=0.0)
     ax.set_yticks(np.arange(len(groups)), [f"{g.replace('_', ' ')} ({(table.group == g).sum()})" for g in groups])
     ax.invert_yaxis()
     ax.set_xlabel('mean absolute error of the median, cars')

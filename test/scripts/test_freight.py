@@ -79,7 +79,7 @@ class ScoresTest(PlotTest):
     def test_pit(self):
         self.assertEqual([round(x, 9) for x in pit(distribution([1, 2, 3]), 2)], [round(1 / 3, 9), round(2 / 3, 9)])
         self.assertEqual([round(x, 9) for x in pit_histogram([(1 / 3, 2 / 3)], 3)], [0.0, 1.0, 0.0])
-        self.assertEqual([round(x, 9) for x in pit_histogram([(0.0, 0.5), (0.0, 0.0), (1.0, 1.0)], 2)], [round(2 / 3, 9), round(1 / 3, 9)])
+        self.assertEqual([round(x, 4) for x in pit_histogram([(0.0, 0.5), (0.0, 0.0), (1.0, 1.0)], 2)], [round(2 / 3, 4), round(1 / 3, 4)])
         draws = np.random.default_rng(1).integers(1, 30, (4000, 41))
         reliable = Rows(draws[:, 0], [distribution(d) for d in draws[:, 1:]]).scores()['pit']
         self.assertLess(max(abs(x - 0.1) for x in reliable), 0.03)
@@ -143,8 +143,8 @@ class ModelsTest(PlotTest):
         for i, row in enumerate(rows):
             row['cars_derailed'] = str(2 + int(row['speed_mph']))
         table = Table(rows)
-        d = competitors.linear(table, np.arange(30), np.arange(30, 60))
-        self.assertTrue(np.allclose([quantile(x, 0.5) for x in d], table.real[30:]))
+        d = competitors.linear(table, np.arange(0, 60, 2), np.arange(1, 60, 2))
+        self.assertTrue(np.allclose([quantile(x, 0.5) for x in d], table.real[1::2]))
 
 
 class FitTest(PlotTest):
