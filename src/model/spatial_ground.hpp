@@ -9,9 +9,9 @@
 
 #include <Eigen/Geometry>
 
-#include "model/spatial_bed.hpp"
 #include "model/spatial_cars.hpp"
 #include "train_derail/files/archive.hpp"
+#include "train_derail/model/spatial_bed.hpp"
 
 namespace train_derail::model {
 

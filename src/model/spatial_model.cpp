@@ -9,7 +9,6 @@
 #include "model/air_brakes.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
-#include "model/spatial_bed.hpp"
 #include "model/spatial_cars.hpp"
 #include "model/spatial_contacts.hpp"
 #include "model/spatial_couplers.hpp"
@@ -18,6 +17,7 @@
 #include "model/spatial_trucks.hpp"
 #include "simd/instruction_sets.hpp"
 #include "train_derail/model/extended_model.hpp"
+#include "train_derail/model/spatial_bed.hpp"
 
 namespace train_derail::model {
 

@@ -9,10 +9,10 @@
 
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
-#include "model/spatial_bed.hpp"
 #include "model/spatial_cars.hpp"
 #include "model/spatial_ground.hpp"
 #include "train_derail/files/archive.hpp"
+#include "train_derail/model/spatial_bed.hpp"
 
 namespace train_derail::model {
 

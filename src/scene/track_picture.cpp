@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "model/spatial_bed.hpp"
+#include "train_derail/model/spatial_bed.hpp"
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"
 #include "train_derail/model/track_profile.hpp"

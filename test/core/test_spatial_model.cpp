@@ -12,11 +12,11 @@
 #include <Eigen/Geometry>
 
 #include "model/rotation.hpp"
-#include "model/spatial_bed.hpp"
 #include "spatial_fixtures.hpp"
 #include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/model/spatial_bed.hpp"
 #include "train_derail/model/step_limit.hpp"
 #include "train_derail/model/terrain.hpp"
 #include "train_derail/model/track.hpp"

@@ -23,6 +23,8 @@ struct Under {
   Eigen::Vector3d up;
 };
 
+/// The bed of one scenario, which must outlive it. Heights [m] are above the top of the rails at the point of
+/// derailment.
 class SpatialBed {
  public:
   explicit SpatialBed(const inputs::Scenario& s)
