@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "fixtures.hpp"
@@ -78,14 +77,8 @@ inline constexpr double kPitch = 59.0 * inputs::kFoot;
 /// The extended model with its integrator, and nothing else: no sampling, no stop rule.
 class Train final : private solver::SteppedSystem {
  public:
-  explicit Train(const inputs::Scenario& s) : Train(s, std::nullopt) {}
-  Train(const inputs::Scenario& s, const std::vector<CarMotion>& cars) : Train(s, std::optional(state_of(cars))) {}
-  Train(const inputs::Scenario& s, const std::optional<model::StateVector>& start) : model_(s) {
-    const model::StateVector state = start ? *start : model_.initial_state();
-    model_.start(state.data());
-    solver::SteppedSystem& system = *this;
-    integrator_ = solver::make_integrator(s.solver, system, 0.0, state);
-  }
+  explicit Train(const inputs::Scenario& s) : model_(s) { begin(s, model_.initial_state()); }
+  Train(const inputs::Scenario& s, const std::vector<CarMotion>& cars) : model_(s) { begin(s, state_of(cars)); }
 
   void step() { last_ = integrator_->step(); }
   /// To the end of the step that t lies in.
@@ -118,6 +111,11 @@ class Train final : private solver::SteppedSystem {
   }
 
  private:
+  void begin(const inputs::Scenario& s, const model::StateVector& state) {
+    model_.start(state.data());
+    solver::SteppedSystem& system = *this;
+    integrator_ = solver::make_integrator(s.solver, system, 0.0, state);
+  }
   Eigen::Index size() const override { return model_.size(); }
   Eigen::Index position_count() const override { return 3 * model_.car_count(); }
   void accelerations(double t, double h, const double* y, double* a) override { model_.accelerations(t, h, y, a); }
