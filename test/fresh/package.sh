@@ -37,13 +37,14 @@ echo "try: installed on another $release"
 make_root "$release" "$user"
 mkdir -p "$user/packages"
 cp "$maker"/*train-derail*.deb "$user/packages"
+cp -r "$(dirname "${BASH_SOURCE[0]}")/../install/consumer" "$user"
 [[ -z ${2:-} ]] || cp "$maker"/*train-derail*.deb "$2"
 inside "$user" bash -ec '
   export DEBIAN_FRONTEND=noninteractive ROS_HOSTNAME=localhost
   names=$(for file in /packages/*.deb; do dpkg-deb --field "$file" Package; done)
   apt-get update -q
   # What they need stays: only what the packages themselves leave is looked for.
-  apt-get install -q -y --no-install-recommends man-db bash-completion g++ cmake /packages/*.deb
+  apt-get install -q -y --no-install-recommends man-db bash-completion g++ make cmake /packages/*.deb
   made=$(mktemp -d)
   derail run /usr/share/train_derail/config/baseline.yaml
   derail run /usr/share/train_derail/config/baseline.yaml --quiet --bag "$made/run.bag" --html "$made/run.html"
@@ -55,6 +56,10 @@ inside "$user" bash -ec '
   COMP_WORDS=(derail che) COMP_CWORD=1
   _derail
   test "${COMPREPLY[*]}" = check
+  man --where derail
+  cmake -S /consumer -B "$made/consumer"
+  cmake --build "$made/consumer"
+  "$made/consumer/consumer" /usr/share/train_derail/config/baseline.yaml
   rm -rf ~/.ros "$made"
   apt-get purge -q -y $names
   left=$(find / -xdev -path /packages -prune -o \( -name "*train?derail*" -o -name "derail*" \) -not -path "/proc/*" -not -path "/var/log/*" -not -path "/var/cache/apt/*" -print)

@@ -12,6 +12,7 @@ make_root() {
   mkdir -p "$folder"
   debootstrap --variant=minbase "$release" "$folder" "$mirror" > "$folder.log" || { tail -n 20 "$folder.log" >&2; exit 1; }
   rm -f "$folder.log"
+  echo '127.0.0.1 localhost' > "$folder/etc/hosts"  # as an installer does it
   touch "$folder/.whole"
 }
 
