@@ -199,6 +199,7 @@ inline constexpr When kSlipGround{[](const Scenario& s) { return s.ground.off_tr
                                   "ground.off_track_law: by_slip"};
 inline constexpr When kContact{[](const Scenario& s) { return s.contact.law == ContactLaw::elastic; },
                                "contact.law: elastic"};
+inline constexpr When kExtended{[](const Scenario& s) { return model_of(s) == Model::extended; }, "model: extended"};
 inline constexpr When kSpatial{[](const Scenario& s) { return s.model == Model::spatial; }, "model: spatial"};
 inline constexpr When kDraftGear{[](const Scenario& s) { return s.coupler.draft_gear_travel > 0.0; },
                                  "a coupler.draft_gear_travel above 0"};
@@ -377,6 +378,10 @@ void describe_ground(V& v, G& g) {
            {"Friction off the rails grows with the weight of a car to this power; 1: Coulomb's.", &kPlanarExtended});
   v.number("reference_weight", g.reference_weight, {"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)},
            {"Weight of a car at which that power changes nothing.", &kLoadExponent});
+  v.number("rest_speed", g.rest_speed, {"m/s", "ft/s", between(0, 1), between(0, 0.3)},
+           {"A car off the rails that stays slower for half a second is held still by friction until more than that "
+            "friction pushes it; 0: never.",
+            &kExtended});
   v.list(
       "patches", g.patches, [](auto& w, auto& p) { describe_patch(w, p); }, "Rectangles of ground with other friction.",
       false);

@@ -45,6 +45,11 @@ void AirBrakes::prepare(double t) {
     loops_.brake(share_.size(), law_, t, ratio_.data(), signal_.data(), share_.data());
 }
 
+double AirBrakes::full_share(Eigen::Index car) const {
+  if (law_.law != inputs::BrakeLaw::air) return share_[car];
+  return law_.rolling_resistance + (signal_[car] < inputs::kInfinity ? ratio_[car] : 0.0);
+}
+
 void AirBrakes::vent(double t, Eigen::Index coupler) {
   open(t, coupler < 0 ? 0.0 : 0.5 * (pipe_[coupler] + pipe_[coupler + 1]));
 }

@@ -18,6 +18,8 @@ class AirBrakes final : public Part {
 
   /// Along the track over the load of the car, at the time of prepare(): one a car [-].
   const ArrayX& share() const { return share_; }
+  /// The same once brakes that have been applied are full.
+  double full_share(Eigen::Index car) const;
   /// The brake pipe is opened at time t [s] between car `coupler` and the next (coupler -1: at the head of the train).
   void vent(double t, Eigen::Index coupler);
   /// The brake pipe is opened at time t [s] under car `car`.

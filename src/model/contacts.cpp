@@ -10,9 +10,11 @@ namespace train_derail::model {
 
 namespace {
 
-constexpr double kMargin =
-    0.3;  // m, by which bounds are widened: pairs are looked for anew when a car has moved that far
+// Bounds are widened by it: pairs are looked for anew when a car has moved that far. Coupled cars that stand in line
+// are no pairs then [m].
+constexpr double kMargin = 0.5;
 constexpr double kSameImpact = 0.25;  // s
+constexpr double kBlur = 0.01;        // m, by which bodies are taken to be nearer than they are: kicks change speeds
 
 Vector2 velocity_at(const CarColumns& q, int car, const Vector2& point) {
   return {q.vx[car] - q.omega[car] * (point.y() - q.y[car]), q.vy[car] + q.omega[car] * (point.x() - q.x[car])};
@@ -28,13 +30,14 @@ Face face_met(const Footprint& box, const Vector2& direction) {
 }  // namespace
 
 Contacts::Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed,
-                   const ExtendedKernels& loops, Record& record)
+                   const ExtendedKernels& loops, Record& record, PlanarRest& rest)
     : law_(law),
       regularization_speed_(regularization_speed),
       loops_(loops),
       record_(record),
       moved_(inputs::kInfinity),
-      bounds_(cars.size()) {
+      bounds_(cars.size()),
+      rest_(rest) {
   for (const Car& c : cars) {
     boxes_.push_back({Vector2::Zero(), Vector2::UnitX(), 0.5 * c.length, 0.5 * c.width});
     radius_.push_back(std::hypot(0.5 * c.length, 0.5 * c.width));
@@ -67,61 +70,120 @@ void Contacts::find_pairs() {
   keep_known(pairs_, old_pairs_);
 }
 
+void Contacts::place(std::size_t car, const CarColumns& q) {
+  boxes_[car].centre = {q.x[car], q.y[car]};
+  boxes_[car].axis = {q.cosine[car], q.sine[car]};
+}
+
+void Contacts::sort_out(double t, const CarColumns& q) {
+  if (sorted_ && changes_ == rest_.changes()) return;
+  sorted_ = true;
+  changes_ = rest_.changes();
+  moving_.clear();
+  still_.clear();
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    Pair& pair = pairs_[i];
+    if (!rest_.lies(pair.a) || !rest_.lies(pair.b)) {
+      if (pair.still) pair.seen = t;  // it goes on from where it was
+      pair.still = false;
+      moving_.push_back(i);
+      continue;
+    }
+    if (!pair.still) find_still(pair, q);
+    if (!pair.on_a.isZero(0.0)) still_.push_back(i);
+  }
+}
+
+void Contacts::find_still(Pair& pair, const CarColumns& q) {
+  pair.still = true;
+  pair.on_a.setZero();
+  pair.on_b.setZero();
+  const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+  place(a, q);
+  place(b, q);
+  const Manifold m = press(boxes_[a], boxes_[b]);
+  for (int i = 0; i < m.count; ++i) {
+    const Vector2 f = contact_force(law_, m.depth[i], 0.0, pair.crushed) / m.count * m.normal;
+    const Vector2 ra = m.point[i] - boxes_[a].centre, rb = m.point[i] - boxes_[b].centre;
+    pair.on_a += Eigen::Vector3d(f.x(), f.y(), ra.x() * f.y() - ra.y() * f.x());
+    pair.on_b -= Eigen::Vector3d(f.x(), f.y(), rb.x() * f.y() - rb.y() * f.x());
+  }
+}
+
+void Contacts::add_still(const Wrenches& loads) const {
+  const auto add = [&](int car, const Eigen::Vector3d& f) {
+    if (!rest_.touched(car)) return;
+    loads.fx[car] += f.x();
+    loads.fy[car] += f.y();
+    loads.moment[car] += f.z();
+  };
+  for (const std::size_t i : still_) {
+    add(pairs_[i].a, pairs_[i].on_a);
+    add(pairs_[i].b, pairs_[i].on_b);
+  }
+}
+
 void Contacts::add(double t, double h, const CarColumns& q, const Wrenches& loads) {
   pushes_.clear();
-  const auto place = [&](std::size_t i) {
-    boxes_[i].centre = {q.x[i], q.y[i]};
-    boxes_[i].axis = {q.cosine[i], q.sine[i]};
-  };
   if (moved_ > kMargin) {
-    for (std::size_t i = 0; i < boxes_.size(); ++i) place(i);
+    for (std::size_t i = 0; i < boxes_.size(); ++i) place(i, q);
     find_pairs();
     moved_ = 0.0;
+    sorted_ = false;
   }
   // Half as much again for what speeds may grow within this step.
   moved_ +=
       1.5 * h * loops_.fastest_point(static_cast<std::ptrdiff_t>(boxes_.size()), q.vx, q.vy, q.omega, radius_.data());
+  sort_out(t, q);
+  for (const std::size_t i : moving_) press_pair(t, h, pairs_[i], q, loads);
+  if (!still_.empty()) add_still(loads);
+}
 
-  for (Pair& pair : pairs_) {
-    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-    place(a);
-    place(b);
-    const Vector2 between = boxes_[a].centre - boxes_[b].centre;
-    const double reach = radius_[a] + radius_[b];
-    const Manifold m = between.squaredNorm() > reach * reach ? Manifold{} : press(boxes_[a], boxes_[b]);
-    if (m.count == 0) {
-      pair.crushed = 0.0;
-      continue;
-    }
-    double force = 0.0;
-    Vector2 first_velocity = Vector2::Zero();
-    const double share = 1.0 / m.count, reduced_mass = mass_[a] * mass_[b] / (mass_[a] + mass_[b]);
-    for (int i = 0; i < m.count; ++i) {
-      const Vector2& p = m.point[i];
-      const Vector2 v = velocity_at(q, pair.a, p) - velocity_at(q, pair.b, p);
-      const double closing = -v.dot(m.normal);
-      if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
-      const double push = share * contact_force(law_, m.depth[i], closing, pair.crushed);
-      if (push <= 0.0) continue;
-      force += push;
-      double& overlap = record_.incidents.overlap_max;
-      overlap = std::max(overlap, m.depth[i] - pair.crushed);
-      const Vector2 slip = v + closing * m.normal;
-      // No finer than one step can follow.
-      const double v_eps = std::max(regularization_speed_, law_.friction * push * h / (0.25 * reduced_mass));
-      const Vector2 friction = -law_.friction * push / std::sqrt(slip.squaredNorm() + v_eps * v_eps) * slip;
-      const Vector2 normal = push * m.normal, f = normal + friction;
-      const Vector2 ra = p - boxes_[a].centre, rb = p - boxes_[b].centre;
-      loads.fx[pair.a] += f.x();
-      loads.fy[pair.a] += f.y();
-      loads.moment[pair.a] += ra.x() * f.y() - ra.y() * f.x();
-      loads.fx[pair.b] -= f.x();
-      loads.fy[pair.b] -= f.y();
-      loads.moment[pair.b] -= rb.x() * f.y() - rb.y() * f.x();
-      pushes_.push_back({pair.a, pair.b, p, normal, friction});
-    }
-    note(t, h, pair, m, first_velocity, force);
+void Contacts::press_pair(double t, double h, Pair& pair, const CarColumns& q, const Wrenches& loads) {
+  const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+  // As far as they were apart, less what they may have come nearer since then, they need not be looked at.
+  pair.apart -= h * (std::abs(q.vx[a] - q.vx[b]) + std::abs(q.vy[a] - q.vy[b]) + radius_[a] * std::abs(q.omega[a]) +
+                     radius_[b] * std::abs(q.omega[b]));
+  if (pair.apart > 0.0) return;
+  place(a, q);
+  place(b, q);
+  const Manifold m = press(boxes_[a], boxes_[b]);
+  pair.apart = m.count > 0 ? 0.0 : gap(boxes_[a], boxes_[b]) - kBlur;
+  if (m.count == 0) {
+    pair.crushed = 0.0;
+    return;
   }
+  for (const int car : {pair.a, pair.b}) {
+    if (rest_.lies(car)) rest_.touch(car, loads);
+  }
+  double force = 0.0;
+  Vector2 first_velocity = Vector2::Zero();
+  const double share = 1.0 / m.count, reduced_mass = mass_[a] * mass_[b] / (mass_[a] + mass_[b]);
+  for (int i = 0; i < m.count; ++i) {
+    const Vector2& p = m.point[i];
+    const Vector2 v = velocity_at(q, pair.a, p) - velocity_at(q, pair.b, p);
+    const double closing = -v.dot(m.normal);
+    if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
+    const double push = share * contact_force(law_, m.depth[i], closing, pair.crushed);
+    if (push <= 0.0) continue;
+    force += push;
+    double& overlap = record_.incidents.overlap_max;
+    overlap = std::max(overlap, m.depth[i] - pair.crushed);
+    const Vector2 slip = v + closing * m.normal;
+    // No finer than one step can follow.
+    const double v_eps = std::max(regularization_speed_, law_.friction * push * h / (0.25 * reduced_mass));
+    const Vector2 friction = -law_.friction * push / std::sqrt(slip.squaredNorm() + v_eps * v_eps) * slip;
+    const Vector2 normal = push * m.normal, f = normal + friction;
+    const Vector2 ra = p - boxes_[a].centre, rb = p - boxes_[b].centre;
+    loads.fx[pair.a] += f.x();
+    loads.fy[pair.a] += f.y();
+    loads.moment[pair.a] += ra.x() * f.y() - ra.y() * f.x();
+    loads.fx[pair.b] -= f.x();
+    loads.fy[pair.b] -= f.y();
+    loads.moment[pair.b] -= rb.x() * f.y() - rb.y() * f.x();
+    pushes_.push_back({pair.a, pair.b, p, normal, friction});
+  }
+  note(t, h, pair, m, first_velocity, force);
 }
 
 void Contacts::note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force) {
@@ -166,6 +228,7 @@ void Contacts::walk(files::Archive& archive) {
     archive.value("a", p.a);
     archive.value("b", p.b);
     archive.value("crushed", p.crushed);
+    archive.value("apart", p.apart);
     archive.value("impact", p.impact);
     archive.value("seen", p.seen);
   });

@@ -9,6 +9,7 @@
 
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
+#include "model/planar_rest.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/footprint.hpp"
 #include "train_derail/model/train.hpp"
@@ -17,9 +18,9 @@ namespace train_derail::model {
 
 class Contacts final : public Part {
  public:
-  /// `loops` and `record` must outlive the part.
+  /// `loops`, `record` and `rest` must outlive the part.
   Contacts(const inputs::Contact& law, const std::vector<Car>& cars, double regularization_speed,
-           const ExtendedKernels& loops, Record& record);
+           const ExtendedKernels& loops, Record& record, PlanarRest& rest);
 
   void add(double t, double h, const CarColumns& cars, const Wrenches& sum) override;
   void account(double h, const CarColumns& before, const CarColumns& after) override;
@@ -29,8 +30,11 @@ class Contacts final : public Part {
   struct Pair {
     int a = 0, b = 0;
     double crushed = 0.0;  // m, of this touch
+    double apart = 0.0;    // for so long a way they need not be looked at [m]
     int impact = -1;       // index in the record
     double seen = 0.0;     // time of the last touch [s]
+    bool still = false;    // both cars lie
+    Eigen::Vector3d on_a = Eigen::Vector3d::Zero(), on_b = Eigen::Vector3d::Zero();  // then: fx, fy, moment
   };
   struct Push {
     int a, b;
@@ -38,6 +42,13 @@ class Contacts final : public Part {
   };
 
   void find_pairs();
+  /// Parts the pairs into those that may move and those of which both cars lie, from time t [s] on.
+  void sort_out(double t, const CarColumns& q);
+  void place(std::size_t car, const CarColumns& q);
+  void press_pair(double t, double h, Pair& pair, const CarColumns& q, const Wrenches& loads);
+  /// What two cars that lie do to each other.
+  void find_still(Pair& pair, const CarColumns& q);
+  void add_still(const Wrenches& loads) const;
   void note(double t, double h, Pair& pair, const Manifold& m, const Vector2& velocity, double force);
 
   const inputs::Contact law_;
@@ -51,6 +62,10 @@ class Contacts final : public Part {
   std::vector<int> by_x_;
   std::vector<Pair> pairs_, old_pairs_;  // sorted by a, b
   std::vector<Push> pushes_;             // of the last step
+  PlanarRest& rest_;
+  bool sorted_ = false;  // the two lists below are those of pairs_
+  std::size_t changes_ = 0;  // of rest_, when they were made
+  std::vector<std::size_t> moving_, still_;
 };
 
 }  // namespace train_derail::model

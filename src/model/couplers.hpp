@@ -18,6 +18,8 @@ class Couplers final : public Part {
   /// What the loops need; valid as long as the part lives.
   CouplerArrays arrays();
   bool broken(Eigen::Index i) const { return alive_[i] == 0.0; }
+  /// Its draft force is at most `share` of what breaks it.
+  bool carries_little(Eigen::Index i, double share) const { return -axial_[i] <= share * law_.break_draft; }
   /// Axial forces at the end of the last step, buff positive [N].
   const ArrayX& axial() const { return axial_; }
   /// The coupler in state `y`: `bare` (PlanarModel::coupler) with draft gear, damping and whether it has broken.

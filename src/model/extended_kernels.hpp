@@ -36,6 +36,18 @@ struct TruckArrays {
   double* kept = nullptr;  ///< what the parts of model/truck_parts.hpp keep in a step: column after column
 };
 
+/// Loops that need not look at all cars go by blocks of so many, a multiple of the widest batch.
+inline constexpr std::ptrdiff_t kBusyBlock = 8;
+/// Cars from one to before another; `from` is a multiple of kBusyBlock, and `to` too, or the number of cars.
+struct CarRange {
+  std::ptrdiff_t from, to;
+};
+/// The cars that have to be looked at, in order.
+struct BusyCars {
+  const CarRange* ranges = nullptr;
+  std::ptrdiff_t count = 0;
+};
+
 /// Of the extended model.
 struct ExtendedArrays : PlanarArrays {
   const inputs::Ground* ground = nullptr;
@@ -47,6 +59,13 @@ struct ExtendedArrays : PlanarArrays {
   CouplerArrays couplers;
   TruckArrays trucks;
   double *fx = nullptr, *fy = nullptr, *moment = nullptr;  ///< car: sums of forces and moments
+  const BusyCars* busy = nullptr;  ///< forces, work, accelerations, headings and places are found for these alone
+};
+
+/// Places of trucks by the track, one entry a truck.
+struct TruckPlaces {
+  double *arc, *offset;            ///< m
+  double *tangent_x, *tangent_y;  ///< of the centre line
 };
 
 /// Of all couplers at one moment.
@@ -88,6 +107,10 @@ struct ExtendedKernels : PlanarKernels {
   /// between `from` and `to`.
   OnBadTrack (*on_bad_track)(std::ptrdiff_t trucks, const double* held, const double* before, const double* now,
                              double from, double to);
+  /// Where trucks that were near arc length before[i] have come to by a curved track: arc length, offset to the left and
+  /// tangent there.
+  void (*locate)(std::ptrdiff_t cars, const BusyCars& busy, const TrackLine& line, const double* px, const double* py, const double* before,
+                 const TruckPlaces& found);
   /// offset[i] -= held[i] * the deviation of the rails at arc length s[i].
   void (*subtract_alignment)(std::ptrdiff_t trucks, const TrackTable& table, const double* s, const double* held,
                              double* offset);

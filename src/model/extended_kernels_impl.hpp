@@ -14,6 +14,17 @@
 
 namespace train_derail::model {
 
+/// for_blocks() over the first `n` entries of columns with one entry a car, of cars that are busy.
+template <std::ptrdiff_t width, class Body>
+void for_busy(const BusyCars& busy, std::ptrdiff_t n, const Body& body) {
+  for (const CarRange* r = busy.ranges; r != busy.ranges + busy.count; ++r) {
+    const std::ptrdiff_t to = r->to < n ? r->to : n;
+    std::ptrdiff_t i = r->from;
+    for (; i + width <= to; i += width) body(i, std::ptrdiff_t{0});
+    if (i < to) body(to - width, width - (to - i));
+  }
+}
+
 template <class B>
 [[gnu::flatten]] CouplerPeaks couple(const ExtendedArrays& a, const double* state) {
   using L = Lanes<B>;
@@ -21,7 +32,7 @@ template <class B>
   const auto column = [&](Coordinate c, std::ptrdiff_t i) { return L::load(state + c * n + i); };
   const auto greater = [](const B& p, const B& q) { return select(p > q, p, q); };
   B buff(0.0), draft(0.0), cos_swing(1.0), end_moment(0.0);
-  for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+  for_busy<L::count>(*a.busy, n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
     const std::ptrdiff_t j = i + 1;
     const B ci = L::load(a.cosine + i), si = L::load(a.sine + i), cj = L::load(a.cosine + j), sj = L::load(a.sine + j);
     // From the centres to the pins.
@@ -63,7 +74,7 @@ template <class B, bool straight>
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
   const CouplerPeaks peaks = couple<B>(a, state);
-  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+  for_busy<L::count>(*a.busy, n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
     const B c = L::load(a.cosine + k), s = L::load(a.sine + k), w = L::load(state + OMEGA * n + k);
     const B vx = L::load(state + VX * n + k), vy = L::load(state + VY * n + k);
     // Coupler k - 1 pulls at the front of car k, coupler k at its rear; the ends of the train have none (zeros).
@@ -103,7 +114,7 @@ template <class B, bool straight>
   };
   B taken[TruckParts::count];
   for (B& sum : taken) sum = B(0.0);
-  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
+  for_busy<L::count>(*a.busy, n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
     const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
     const B c = L::load(a.cosine + k), s = L::load(a.sine + k);
     const B vx = mid(VX, k), vy = mid(VY, k), w = mid(OMEGA, k);
@@ -114,7 +125,7 @@ template <class B, bool straight>
   });
   TruckParts::account(h, taken, spent);
   B damping(0.0);
-  for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done) {
+  for_busy<L::count>(*a.busy, n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done) {
     const std::ptrdiff_t j = i + 1;
     const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
     const B li = L::load(a.half_length + i), lj = L::load(a.half_length + j);
@@ -138,7 +149,7 @@ template <class B>
 [[gnu::flatten]] void accelerate(const ExtendedArrays& a, double* result) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
-  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+  for_busy<L::count>(*a.busy, n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
     L::store(L::load(a.fx + k) * L::load(a.inverse_mass + k), result + k);
     L::store(L::load(a.fy + k) * L::load(a.inverse_mass + k), result + n + k);
     L::store(L::load(a.moment + k) * L::load(a.inverse_inertia + k), result + 2 * n + k);
@@ -185,16 +196,18 @@ void turn_at(const ExtendedArrays& a, const double* angle, std::ptrdiff_t k) {
 
 template <class B>
 [[gnu::flatten]] void turn(const ExtendedArrays& a, const double* angle) {
-  std::ptrdiff_t k = 0;
-  for (; k + Lanes<B>::count <= a.cars; k += Lanes<B>::count) turn_at<B>(a, angle, k);
-  for (; k < a.cars; ++k) turn_at<double>(a, angle, k);  // no block twice: a turn is not idempotent
+  for (const CarRange* r = a.busy->ranges; r != a.busy->ranges + a.busy->count; ++r) {
+    std::ptrdiff_t k = r->from;
+    for (; k + Lanes<B>::count <= r->to; k += Lanes<B>::count) turn_at<B>(a, angle, k);
+    for (; k < r->to; ++k) turn_at<double>(a, angle, k);  // no block twice: a turn is not idempotent
+  }
 }
 
 template <class B>
 [[gnu::flatten]] void places(const ExtendedArrays& a, const double* state, double* px, double* py) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
-  for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+  for_busy<L::count>(*a.busy, n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
     const B x = L::load(state + X * n + k), y = L::load(state + Y * n + k), d = L::load(a.half_spacing + k);
     const B rx = d * L::load(a.cosine + k), ry = d * L::load(a.sine + k);
     L::store(x + rx, px + k);
@@ -246,6 +259,49 @@ B bin_of(const TrackTable& table, const B& s) {
 }
 
 template <class B>
+[[gnu::flatten]] void locate(std::ptrdiff_t cars, const BusyCars& busy, const TrackLine& line, const double* px,
+                             const double* py, const double* before, const TruckPlaces& found) {
+  using L = Lanes<B>;
+  // Newton's method: what is left after a pass is that pass times offset / radius.
+  static constexpr double kFarAhead = 1e-4;  // m
+  static constexpr int kPasses = 20;
+  const double per_bin = 1.0 / line.bin;
+  const auto size = [](const B& x) { return select(x < B(0.0), B(-x), x); };
+  const auto at = [&](std::ptrdiff_t i) {
+    const B x = L::load(px + i), y = L::load(py + i);
+    B s = L::load(before + i), ahead(0.0), offset(0.0), tx(1.0), ty(0.0);
+    for (int pass = 0; pass < kPasses; ++pass) {
+      const B place = (s - B(line.from)) * B(per_bin), inside = select(place > B(0.0), place, B(0.0));
+      const B kept = select(inside > B(line.last), B(line.last), inside), share = L::fraction(kept);
+      const B first = B(4.0) * (kept - share);
+      const auto node = [&](int column) { return L::look_up(line.nodes + column, first); };
+      const B ax = node(0), ay = node(1), atx = node(2), aty = node(3);
+      const B dtx = node(6) - atx, dty = node(7) - aty;
+      const B ux = atx + share * dtx, uy = aty + share * dty, unit = Roots<B>::inverse(ux * ux + uy * uy);
+      tx = ux * unit;
+      ty = uy * unit;
+      // Between two nodes an arc bulges from its chord, against the way it turns.
+      const B bulge = B(-0.5 * line.bin) * share * (B(1.0) - share);
+      const B beyond = s - (B(line.from) + kept * B(line.bin));
+      const B rx = x - (ax + share * (node(4) - ax) + bulge * dtx + beyond * tx);
+      const B ry = y - (ay + share * (node(5) - ay) + bulge * dty + beyond * ty);
+      ahead = rx * tx + ry * ty;
+      offset = ry * tx - rx * ty;
+      s = s + ahead;
+      if (!any(size(ahead) > B(kFarAhead))) break;
+    }
+    L::store(s, found.arc + i);
+    L::store(offset, found.offset + i);
+    L::store(tx, found.tangent_x + i);
+    L::store(ty, found.tangent_y + i);
+  };
+  for_busy<L::count>(busy, cars, [&](std::ptrdiff_t k, std::ptrdiff_t) {
+    at(k);
+    at(cars + k);
+  });
+}
+
+template <class B>
 [[gnu::flatten]] void subtract_alignment(std::ptrdiff_t trucks, const TrackTable& table, const double* s,
                                          const double* held, double* offset) {
   using L = Lanes<B>;
@@ -286,6 +342,7 @@ constexpr ExtendedKernels extended_kernels(const char* instruction_set) {
           places<B>,
           overload<B>,
           on_bad_track<B>,
+          locate<B>,
           subtract_alignment<B>,
           any_torn<B>};
 }

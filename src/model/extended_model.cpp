@@ -8,6 +8,8 @@
 #include "model/couplers.hpp"
 #include "model/derailment_start.hpp"
 #include "model/extended_kernels.hpp"
+#include "model/planar_rest.hpp"
+#include "model/rolled_away.hpp"
 #include "model/trucks.hpp"
 #include "simd/instruction_sets.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
@@ -28,6 +30,8 @@ struct ExtendedModel::Parts {
   AirBrakes brakes;
   Couplers couplers;
   Trucks trucks;
+  PlanarRest rest;
+  const inputs::Track track;
   std::unique_ptr<Contacts> contacts;  // null: bodies pass through each other
   const bool front_first;              // the truck that is off first
   const bool still;                    // the first car has no lateral motion at the start
@@ -39,11 +43,14 @@ struct ExtendedModel::Parts {
         brakes(s, train.cars(), loops),
         couplers(train, s.coupler, brakes, record),
         trucks(train, cars, s, loops, brakes, record),
+        rest(s.ground, train.cars(), couplers, trucks.arrays()),
+        track(s.track),
         front_first(starts_with_front(s)),
         still(starts_on_ties(s)),
         all{&brakes, &couplers, &trucks} {
     if (s.contact.law != inputs::ContactLaw::none) {
-      contacts = std::make_unique<Contacts>(s.contact, train.cars(), s.ground.regularization_speed, loops, record);
+      contacts = std::make_unique<Contacts>(s.contact, train.cars(), s.ground.regularization_speed, loops, record,
+                                            rest);
       all.push_back(contacts.get());
     }
     static_cast<PlanarArrays&>(arrays) = cars;
@@ -54,6 +61,8 @@ struct ExtendedModel::Parts {
     arrays.brake_share = brakes.share().data();
     arrays.couplers = couplers.arrays();
     arrays.trucks = trucks.arrays();
+    arrays.busy = &rest.busy();
+    trucks.look_at(rest.busy());
   }
 };
 
@@ -143,6 +152,7 @@ void ExtendedModel::walk(double t, const double* y, files::Archive& archive) {
   archive.group("couplers", [&] { parts_->couplers.walk(archive); });
   archive.group("trucks", [&] { parts_->trucks.walk(archive); });
   if (parts_->contacts) archive.group("contacts", [&] { parts_->contacts->walk(archive); });
+  archive.group("rest", [&] { parts_->rest.walk(archive); });
   if (archive.restoring()) find_forces(t, y);
 }
 
@@ -157,8 +167,13 @@ void ExtendedModel::accelerations(double t, double h, const double* y, double* r
   forces_found_ = false;
   const PlanColumns q = plan(y);
   const CarColumns cars{q.x, q.y, cos_.data(), sin_.data(), q.vx, q.vy, q.omega};
-  for (Part* part : parts_->all) part->add(t, h, cars, {fx_.data(), fy_.data(), moment_.data()});
+  const Wrenches sum{fx_.data(), fy_.data(), moment_.data()};
+  parts_->rest.begin(sum);
+  for (Part* part : parts_->all) part->add(t, h, cars, sum);
+  parts_->rest.hold(h, cars, sum);
+  parts_->rest.look(h, cars);
   parts_->loops.accelerate(parts_->arrays, result);
+  parts_->rest.still(h, result);
 }
 
 void ExtendedModel::settle(double t, double h, const double* before, double* y) {
@@ -170,6 +185,7 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
   };
   for (Part* part : p.all) part->account(h, columns(before), columns(y));
   note_blockage(h);
+  p.record.spent.work_off_track += p.rest.lay(y);
 
   const Eigen::Index n = car_count();
   turned_ = motion(y, n).col(THETA) - motion(before, n).col(THETA);
@@ -183,6 +199,7 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
   bool gave_way = false;
   for (Part* part : p.all) gave_way = part->give_way(step) || gave_way;
   if (gave_way) find_forces(step.end(), y);
+  p.rest.keep({fx_.data(), fy_.data(), moment_.data()});
   p.couplers.note_peaks(step.end());
   p.trucks.order_derailments();
   work(y, n)[WORK_ON_TRACK] = p.record.spent.work_on_track;
@@ -214,6 +231,11 @@ TrackPlace ExtendedModel::track_place(Eigen::Index car, const Vector2& point) co
 
 CouplerState<double> ExtendedModel::coupler(const double* y, Eigen::Index i) const {
   return parts_->couplers.state(PlanarModel::coupler(y, i), y, i);
+}
+
+Eigen::Index ExtendedModel::gone(const double* y) const {
+  const Parts& p = *parts_;
+  return rolled_away({cars_, p.track, p.couplers, p.trucks, p.brakes}, plan(y));
 }
 
 EnergyLedger ExtendedModel::energy(const double* y) const {

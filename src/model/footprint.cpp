@@ -104,4 +104,13 @@ Manifold press(const Footprint& a, const Footprint& b) {
   return m;
 }
 
+double gap(const Footprint& a, const Footprint& b) {
+  const Vector2 between = a.centre - b.centre;
+  const double c = std::abs(a.axis.dot(b.axis)), s = std::abs(a.axis.dot(b.side()));
+  return std::max({std::abs(between.dot(a.axis)) - a.half_length - b.half_length * c - b.half_width * s,
+                   std::abs(between.dot(a.side())) - a.half_width - b.half_length * s - b.half_width * c,
+                   std::abs(between.dot(b.axis)) - b.half_length - a.half_length * c - a.half_width * s,
+                   std::abs(between.dot(b.side())) - b.half_width - a.half_length * s - a.half_width * c, 0.0});
+}
+
 }  // namespace train_derail::model

@@ -32,8 +32,8 @@ Trucks::Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs:
       cause_(2 * train.cars().size(), Cause::none),
       bad_places_(bad_places(scenario, train.cars().size())) {
   const Eigen::Index n = train.car_count();
-  for (auto* a : {&ground_load_, &kick_, &arc_, &overloaded_, &offset_, &tangent_y_, &load_, &rail_damping_, &px_, &py_,
-                  &lateral_before_}) {
+  for (auto* a : {&ground_load_, &kick_, &arc_, &new_arc_, &bed_offset_, &overloaded_, &offset_, &tangent_y_, &load_,
+                  &rail_damping_, &px_, &py_, &lateral_before_}) {
     *a = ArrayX::Zero(2 * n);
   }
   kept_ = ArrayX::Zero(2 * n * TruckParts::kept);
@@ -75,6 +75,14 @@ bool Trucks::derailed(Eigen::Index car) const {
   return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
 }
 
+bool Trucks::sits_easily(Eigen::Index car, double share) const {
+  for (const Eigen::Index i : {truck(car, FRONT), truck(car, REAR)}) {
+    if (!on_rails(i)) return false;
+    if (rails_on_ && std::abs(lateral()[i]) > share * rails_.derail_ratio * load_[i]) return false;
+  }
+  return true;
+}
+
 TrackPlace Trucks::place(Eigen::Index car, const Vector2& point) const {
   const double s = track_.foot(point, arc_[truck(car, FRONT)]);
   const Track::Node n = track_.at(s);
@@ -84,10 +92,17 @@ TrackPlace Trucks::place(Eigen::Index car, const Vector2& point) const {
 void Trucks::start(const double* y) {
   for (Eigen::Index i = 0; i < px_.size(); ++i) arc_[i] = track_.nearest({px_[i], py_[i]});
   pass_pod(y);
+  find_places();
   if (rails_on_) start_derailment();
   order_derailments();
   locate();
   find_standing();
+}
+
+void Trucks::find_places() {
+  if (track_.straight()) return;
+  loops_.locate(cars_.cars, *busy_, track_.line(), px_.data(), py_.data(), arc_.data(),
+                {new_arc_.data(), bed_offset_.data(), tangent_x_.data(), tangent_y_.data()});
 }
 
 void Trucks::start_derailment() {
@@ -105,18 +120,8 @@ void Trucks::start_derailment() {
 
 void Trucks::locate() {
   const Eigen::Index trucks = px_.size();
-  if (track_.straight()) {
-    arc_ = px_;
-    offset_ = py_;
-  } else {
-    for (Eigen::Index i = 0; i < trucks; ++i) {
-      arc_[i] = track_.foot({px_[i], py_[i]}, arc_[i]);
-      const Track::Node node = track_.at(arc_[i]);
-      tangent_x_[i] = node.tangent.x();
-      tangent_y_[i] = node.tangent.y();
-      offset_[i] = (py_[i] - node.point.y()) * node.tangent.x() - (px_[i] - node.point.x()) * node.tangent.y();
-    }
-  }
+  arc_ = now();
+  offset_ = track_.straight() ? py_ : bed_offset_;
   // Patches lie along and across the track, wherever its rails have moved to.
   for (Eigen::Index i = 0; i < trucks && !patches_.empty(); ++i)
     patch_[i] = patch_factor(patches_, arc_[i], offset_[i]);
@@ -130,6 +135,7 @@ void Trucks::locate() {
 
 void Trucks::pass(const Step& step) {
   pass_pod(step.after);
+  find_places();
   if (!rails_on_) return;
   if (!ties_.running().empty()) run_on_ties(step);
   leave_bad_track(step);
@@ -148,15 +154,15 @@ void Trucks::leave_bad_track(const Step& step) {
   const Eigen::Index trucks = px_.size();
   // Most steps nothing happens: find that out for all trucks together.
   const OnBadTrack bad =
-      loops_.on_bad_track(trucks, on_track_.data(), arc_.data(), px_.data(), track_.torn_from(), track_.torn_to());
-  const bool anything = !track_.straight() || bad.passes || passes_bad_place() ||
-                        (bad.may_be_torn && loops_.any_torn(trucks, track_.torn_bins(), px_.data(), on_track_.data()));
+      loops_.on_bad_track(trucks, on_track_.data(), arc_.data(), now().data(), track_.torn_from(), track_.torn_to());
+  const bool anything =
+      bad.passes || passes_bad_place() ||
+      (bad.may_be_torn && loops_.any_torn(trucks, track_.torn_bins(), now().data(), on_track_.data()));
   if (!anything) return;
   bool left = false;
   for (Eigen::Index i = 0; i < trucks; ++i) {
     if (!on_rails(i)) continue;
-    const double s = track_.foot({px_[i], py_[i]}, arc_[i]);
-    const double from = arc_[i];
+    const double s = now()[i], from = arc_[i];
     arc_[i] = s;
     const double bad_place = bad_places_[static_cast<std::size_t>(i)];
     if (car_of(i) >= ahead_ && from < bad_place && s >= bad_place)
@@ -172,7 +178,7 @@ bool Trucks::passes_bad_place() const {
   if (mechanism_ != inputs::Mechanism::bad_track) return false;  // the loops find the others
   for (Eigen::Index i = 0; i < px_.size(); ++i) {
     const double place = bad_places_[static_cast<std::size_t>(i)];
-    if (on_track_[i] > 0.0 && arc_[i] < place && px_[i] >= place) return true;
+    if (on_track_[i] > 0.0 && arc_[i] < place && now()[i] >= place) return true;
   }
   return false;
 }
@@ -180,7 +186,7 @@ bool Trucks::passes_bad_place() const {
 void Trucks::run_on_ties(const Step& step) {
   const std::vector<Eigen::Index> running = ties_.running();  // some of them may end
   for (const Eigen::Index i : running) {
-    const double s = track_.foot({px_[i], py_[i]}, arc_[i]);
+    const double s = now()[i];
     const TieRuns::Met met = ties_.run(i, arc_[i], s);
     arc_[i] = s;
     const double t = step.time + met.share * step.length;
@@ -277,6 +283,8 @@ void Trucks::walk(files::Archive& archive) {
   archive.column("place_x", px_);
   archive.column("place_y", py_);
   archive.group("ties", [&] { ties_.walk(archive); });
+  archive.column("new_arc", new_arc_);
+  archive.column("bed_offset", bed_offset_);
   archive.group("track", [&] { track_.walk(archive); });
 }
 

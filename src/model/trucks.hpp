@@ -35,14 +35,22 @@ class Trucks final : public Part {
   bool past_pod(Eigen::Index car) const { return past_pod_[static_cast<std::size_t>(car)]; }
   Cause cause(Eigen::Index car) const { return first_cause_[static_cast<std::size_t>(car)]; }
   TrackPlace place(Eigen::Index car, const Vector2& point) const;
+  /// Both trucks are on the rails, with a lateral force of at most `share` of what makes them leave.
+  bool sits_easily(Eigen::Index car, double share) const;
+  /// Arc lengths of a car's trucks [m], and the direction of the track at the front one.
+  double front_arc(Eigen::Index car) const { return arc_[truck(car, FRONT)]; }
+  double rear_arc(Eigen::Index car) const { return arc_[truck(car, REAR)]; }
+  Vector2 tangent(Eigen::Index car) const { return {tangent_x_[truck(car, FRONT)], tangent_y_[truck(car, FRONT)]}; }
   /// The foremost car that stands on the rails behind what has derailed; -1: none.
   Eigen::Index standing() const { return standing_; }
 
+  /// Of which cars places are found from now on; `busy` must outlive the part.
+  void look_at(const BusyCars& busy) { busy_ = &busy; }
   /// State `y` of the start, places known: trucks past the point of derailment are off the rails.
   void start(const double* y);
   /// The step is done, places at its end known: who has passed the point of derailment, or come to torn track.
   void pass(const Step& step);
-  /// Where the trucks are on the track, from their places.
+  /// Where the trucks are on the track, from the places that pass() has seen.
   void locate();
   /// The loops are about to find new lateral forces: those that are there become the ones before.
   void keep_lateral();
@@ -57,6 +65,10 @@ class Trucks final : public Part {
   Eigen::Index truck(Eigen::Index car, End end) const { return end == FRONT ? car : cars_.cars + car; }
   Eigen::Index car_of(Eigen::Index truck) const { return truck < cars_.cars ? truck : truck - cars_.cars; }
   bool on_rails(Eigen::Index truck) const { return cause_[static_cast<std::size_t>(truck)] == Cause::none; }
+  /// Arc lengths that belong to the places as they are now [m].
+  const ArrayX& now() const { return track_.straight() ? px_ : new_arc_; }
+  /// Finds them, on a track that is not straight.
+  void find_places();
   void pass_pod(const double* y);
   void start_derailment();
   /// Trucks on the ties meet obstacles and part the brake pipe.
@@ -75,6 +87,7 @@ class Trucks final : public Part {
   const PlanarModel& train_;
   const PlanarArrays cars_;
   const ExtendedKernels& loops_;
+  const BusyCars* busy_ = nullptr;
   const inputs::Rails rails_;
   const bool rails_on_;
   const inputs::Mechanism mechanism_;
@@ -94,6 +107,7 @@ class Trucks final : public Part {
   std::vector<Cause> cause_;
   const std::vector<double> bad_places_;
   std::vector<Eigen::Index> drifted_off_;  // to leave the track bed in this step
+  ArrayX new_arc_, bed_offset_;  // of the places as they are now, offsets from the centre line; only on curved track
   ArrayX ground_load_, kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_,
       patch_, px_, py_;
   ArrayX lateral_before_;  // lateral forces of the rails at the end of the step before [N]

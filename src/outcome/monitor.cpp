@@ -154,6 +154,17 @@ MonitoredCars Monitor::columns(const double* y) const {
           q.vy, q.omega, half_length_.data(), half_width_.data(), half_spacing_.data()};
 }
 
+double Monitor::truck_speed_max_behind(Eigen::Index head, const double* y) const {
+  const model::PlanColumns q = model_.plan(y);
+  double fastest = 0.0;
+  for (Eigen::Index k = head; k < model_.car_count(); ++k) {
+    const model::CarMotion car = motion(q, k);
+    for (const double arm : {half_spacing_[k], -half_spacing_[k]})
+      fastest = std::max(fastest, car.point(arm).velocity.norm());
+  }
+  return fastest;
+}
+
 void Monitor::sample(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
   model_.headings(y, cosine_, sine_);

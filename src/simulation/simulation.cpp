@@ -273,11 +273,18 @@ struct Simulation::Impl {
     ++next_sample;
     monitor.sample(t, state.data());
     if (monitor.truck_speed_max() < scenario.stop.speed) ended = outcome::Ended::at_rest;
+    else if (nothing_left()) ended = outcome::Ended::rolled_away;
     if (t < energy_due) return;
     energy_due = t + kEnergyInterval;
     const double residual = monitor.energy_residual(model.energy(state.data()));
     if (!(residual <= kResidualBlownUp))
       fail(fmt::format("the motion has blown up by t = {:.3g} s: {}", t, outcome::residual_text(residual)));
+  }
+
+  /// All cars but those that roll away for good are at rest, in the state of the sample.
+  bool nothing_left() const {
+    const Eigen::Index head = model.gone(state.data());
+    return head > 0 && monitor.truck_speed_max_behind(head, state.data()) < scenario.stop.speed;
   }
 
   /// The clock is looked at now and then: it costs a hundredth of a step of a short train.

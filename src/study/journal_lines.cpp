@@ -108,7 +108,7 @@ std::string flaw_of_number(const std::string& column, const std::string& text) {
 }
 
 std::string flaw_of_ended(const std::string& text) {
-  for (const auto ended : {outcome::Ended::at_rest, outcome::Ended::time_max, outcome::Ended::integration_failed}) {
+  for (const outcome::Ended ended : outcome::kEnds) {
     if (text == outcome::to_string(ended)) return "";
   }
   return fmt::format("ended = '{}': unknown", files::printable(text, files::kShownMax));

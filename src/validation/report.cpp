@@ -272,7 +272,7 @@ Member member_from(const std::vector<std::string>& fields) {
   };
   m.posture.over = count("cars_over");
   m.posture.cars = m.posture.over + count("cars_upright") + count("cars_leaning");
-  for (const auto ended : {outcome::Ended::at_rest, outcome::Ended::time_max, outcome::Ended::integration_failed}) {
+  for (const outcome::Ended ended : outcome::kEnds) {
     if (fields[ended_place()] == outcome::to_string(ended)) m.outcome.ended = ended;
   }
   m.outcome.message = fields[ended_place() + 2];

@@ -421,7 +421,8 @@ TEST(Messages, CarryWhatIsDescribed) {
 TEST(Messages, ConstantsAreTheNamesInCapitals) {
   const std::vector<int> causes{CarState::NONE,       CarState::POD,       CarState::LATERAL,
                                 CarState::TORN_TRACK, CarState::BAD_TRACK, CarState::DEFECT};
-  const std::vector<int> ended{Outcome::RUNNING, Outcome::AT_REST, Outcome::TIME_MAX, Outcome::INTEGRATION_FAILED};
+  const std::vector<int> ended{Outcome::RUNNING, Outcome::AT_REST, Outcome::TIME_MAX, Outcome::INTEGRATION_FAILED,
+                               Outcome::ROLLED_AWAY};
   ASSERT_EQ(causes.size(), model::kCauseNames.size());
   ASSERT_EQ(ended.size(), outcome::kEndedNames.size());
   for (std::size_t i = 0; i < causes.size(); ++i) EXPECT_EQ(causes[i], static_cast<int>(i));

@@ -51,6 +51,7 @@ class ExtendedModel final : public PlanarModel {
   Cause cause(Eigen::Index car) const override;
   CouplerState<double> coupler(const double* y, Eigen::Index i) const override;
   bool broken(Eigen::Index i) const override;
+  Eigen::Index gone(const double* y) const override;
   EnergyLedger energy(const double* y) const override;
   bool straight_track() const override;
   TrackPlace track_place(Eigen::Index car, const Vector2& point) const override;

@@ -57,4 +57,7 @@ struct Manifold {
 /// a gap.
 Manifold press(const Footprint& a, const Footprint& b);
 
+/// A distance that the footprints are apart by at least [m]; 0 if they touch.
+double gap(const Footprint& a, const Footprint& b);
+
 }  // namespace train_derail::model

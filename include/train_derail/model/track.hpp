@@ -28,6 +28,14 @@ struct TrackTable {
   }
 };
 
+/// The centre line of a curved track: places and tangents at equal distances.
+struct TrackLine {
+  const double* nodes = nullptr;  ///< x, y, tangent x, tangent y of one after the other
+  double from = 0.0;              ///< arc length of the first [m]
+  double bin = 0.0;               ///< between two of them [m]
+  double last = 0.0;              ///< index of the last but one
+};
+
 /// One track; see above.
 class Track {
  public:
@@ -43,6 +51,11 @@ class Track {
   };
   /// Centre line at s.
   Node at(double s) const;
+  /// All of it, for loops over many places; only if not straight().
+  TrackLine line() const {
+    static_assert(sizeof(Node) == 4 * sizeof(double));
+    return {nodes_.data()->point.data(), s_min_, kBin, static_cast<double>(nodes_.size()) - 2.0};
+  }
   /// Arc length of the place nearest to `p`, looked for along the whole track.
   double nearest(const Vector2& p) const;
   /// Arc length of the foot of the perpendicular from `p`, looked for near `s`.

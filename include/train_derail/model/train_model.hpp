@@ -102,6 +102,10 @@ class TrainModel {
     find_headings(y, cosine.data(), sine.data());
   }
 
+  /// How many cars at the head of the train roll away for good: nothing else is coupled to them or near, the track
+  /// before them is straight and whole, and it falls more than brakes hold. 0 in models that do not look for any.
+  virtual Eigen::Index gone(const double* /*y*/) const { return 0; }
+
   /// Where the energy of the train is in state `y`, and what has been taken from it so far.
   virtual EnergyLedger energy(const double* y) const = 0;
 

@@ -39,6 +39,8 @@ class Monitor {
   const std::vector<FirstTouch>& touches() const { return touches_; }
   /// Largest speed of any truck centre in the last sample [m/s].
   double truck_speed_max() const { return truck_speed_max_; }
+  /// The same in the state `y` of that sample without the `head` foremost cars.
+  double truck_speed_max_behind(Eigen::Index head, const double* y) const;
 
   /// Distance from the centre line of the farthest corner of a car's footprint [m].
   double lateral_reach(const double* y, Eigen::Index car) const;

@@ -21,15 +21,22 @@ enum class Ended {
   at_rest,             ///< every truck is slower than stop.speed
   time_max,            ///< stop.time_max was reached
   integration_failed,  ///< the integration failed, see Outcome::message
+  rolled_away,         ///< all that does not rest rolls away downhill for good, with nothing near (extended model)
 };
 /// Names of Ended in files and messages, by its value.
-inline constexpr std::array<std::string_view, 4> kEndedNames{"running", "at_rest", "time_max", "integration_failed"};
+inline constexpr std::array<std::string_view, 5> kEndedNames{"running", "at_rest", "time_max", "integration_failed",
+                                                             "rolled_away"};
 /// Returns the name of `ended`.
 inline std::string_view to_string(Ended ended) { return kEndedNames[static_cast<std::size_t>(ended)]; }
 
+/// Those that a run can end with.
+inline constexpr std::array<Ended, 4> kEnds{Ended::at_rest, Ended::time_max, Ended::integration_failed,
+                                            Ended::rolled_away};
+
 /// Ended in words for people, by its value.
-inline constexpr std::array<std::string_view, 4> kEndedTexts{"running", "all cars at rest", "time limit reached",
-                                                             "integration failed"};
+inline constexpr std::array<std::string_view, 5> kEndedTexts{"running", "all cars at rest", "time limit reached",
+                                                             "integration failed",
+                                                             "at rest but for cars that roll away"};
 
 /// A touch of two cars: their footprints (rectangles, length by width) begin to overlap. Speeds are those of the two
 /// bodies at the point of the touch, in the sample in which the overlap is first seen. Without contact forces bodies
