@@ -14,6 +14,8 @@ namespace {
 // are no pairs then [m].
 constexpr double kMargin = 0.5;
 constexpr double kSameImpact = 0.25;  // s
+constexpr double kLasting = 0.5;      // from then on bodies that touch lean on each other [s],
+constexpr double kSlow = 0.3;         // while no point of either is faster [m/s]
 constexpr double kBlur = 0.01;        // m, by which bodies are taken to be nearer than they are: kicks change speeds
 
 Vector2 velocity_at(const CarColumns& q, int car, const Vector2& point) {
@@ -139,6 +141,14 @@ void Contacts::add(double t, double h, const CarColumns& q, const Wrenches& load
   if (!still_.empty()) add_still(loads);
 }
 
+double Contacts::leaning_force(double depth, double rate, double speed_per_force, double& crushed) const {
+  const double full = contact_force(law_, depth, rate, crushed);
+  if (!(rate > 0.0)) return full;
+  const double held = law_.restitution * law_.restitution;
+  const double quiet = std::max(regularization_speed_, full * speed_per_force);  // no finer than one step can follow
+  return full * (held + (1.0 - held) * rate / std::sqrt(rate * rate + quiet * quiet));
+}
+
 void Contacts::press_pair(double t, double h, Pair& pair, const CarColumns& q, const Wrenches& loads) {
   const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
   // As far as they were apart, less what they may have come nearer since then, they need not be looked at.
@@ -158,13 +168,21 @@ void Contacts::press_pair(double t, double h, Pair& pair, const CarColumns& q, c
   }
   double force = 0.0;
   Vector2 first_velocity = Vector2::Zero();
+  // A force that jumps where bodies cease to close would keep for ever in tremor those that lean on each other.
+  const bool known = pair.impact >= 0 && !(t - pair.seen > kSameImpact);
+  const auto slow = [&](std::size_t car) {
+    return std::abs(q.vx[car]) + std::abs(q.vy[car]) + radius_[car] * std::abs(q.omega[car]) < kSlow;
+  };
+  const bool lasts = known && slow(a) && slow(b) &&
+                     t - record_.incidents.impacts[static_cast<std::size_t>(pair.impact)].time > kLasting;
   const double share = 1.0 / m.count, reduced_mass = mass_[a] * mass_[b] / (mass_[a] + mass_[b]);
   for (int i = 0; i < m.count; ++i) {
     const Vector2& p = m.point[i];
     const Vector2 v = velocity_at(q, pair.a, p) - velocity_at(q, pair.b, p);
     const double closing = -v.dot(m.normal);
     if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
-    const double push = share * contact_force(law_, m.depth[i], closing, pair.crushed);
+    const double push = share * (lasts ? leaning_force(m.depth[i], closing, h / (0.25 * reduced_mass), pair.crushed)
+                                       : contact_force(law_, m.depth[i], closing, pair.crushed));
     if (push <= 0.0) continue;
     force += push;
     double& overlap = record_.incidents.overlap_max;

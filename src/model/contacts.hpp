@@ -46,6 +46,9 @@ class Contacts final : public Part {
   void sort_out(double t, const CarColumns& q);
   void place(std::size_t car, const CarColumns& q);
   void press_pair(double t, double h, Pair& pair, const CarColumns& q, const Wrenches& loads);
+  /// contact_force() of bodies that lean on each other: it does not jump where they begin to close, at `rate` 0, but
+  /// rises within what one step can follow: `speed_per_force` is what a force changes of the rate in one [m/s/N].
+  double leaning_force(double depth, double rate, double speed_per_force, double& crushed) const;
   /// What two cars that lie do to each other.
   void find_still(Pair& pair, const CarColumns& q);
   void add_still(const Wrenches& loads) const;
@@ -63,7 +66,7 @@ class Contacts final : public Part {
   std::vector<Pair> pairs_, old_pairs_;  // sorted by a, b
   std::vector<Push> pushes_;             // of the last step
   PlanarRest& rest_;
-  bool sorted_ = false;  // the two lists below are those of pairs_
+  bool sorted_ = false;      // the two lists below are those of pairs_
   std::size_t changes_ = 0;  // of rest_, when they were made
   std::vector<std::size_t> moving_, still_;
 };

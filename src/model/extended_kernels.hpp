@@ -64,7 +64,7 @@ struct ExtendedArrays : PlanarArrays {
 
 /// Places of trucks by the track, one entry a truck.
 struct TruckPlaces {
-  double *arc, *offset;            ///< m
+  double *arc, *offset;           ///< m
   double *tangent_x, *tangent_y;  ///< of the centre line
 };
 
@@ -107,10 +107,10 @@ struct ExtendedKernels : PlanarKernels {
   /// between `from` and `to`.
   OnBadTrack (*on_bad_track)(std::ptrdiff_t trucks, const double* held, const double* before, const double* now,
                              double from, double to);
-  /// Where trucks that were near arc length before[i] have come to by a curved track: arc length, offset to the left and
-  /// tangent there.
-  void (*locate)(std::ptrdiff_t cars, const BusyCars& busy, const TrackLine& line, const double* px, const double* py, const double* before,
-                 const TruckPlaces& found);
+  /// Where trucks that were near arc length before[i] have come to by a curved track: arc length, offset to the left
+  /// and tangent there.
+  void (*locate)(std::ptrdiff_t cars, const BusyCars& busy, const TrackLine& line, const double* px, const double* py,
+                 const double* before, const TruckPlaces& found);
   /// offset[i] -= held[i] * the deviation of the rails at arc length s[i].
   void (*subtract_alignment)(std::ptrdiff_t trucks, const TrackTable& table, const double* s, const double* held,
                              double* offset);

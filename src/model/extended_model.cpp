@@ -49,8 +49,8 @@ struct ExtendedModel::Parts {
         still(starts_on_ties(s)),
         all{&brakes, &couplers, &trucks} {
     if (s.contact.law != inputs::ContactLaw::none) {
-      contacts = std::make_unique<Contacts>(s.contact, train.cars(), s.ground.regularization_speed, loops, record,
-                                            rest);
+      contacts =
+          std::make_unique<Contacts>(s.contact, train.cars(), s.ground.regularization_speed, loops, record, rest);
       all.push_back(contacts.get());
     }
     static_cast<PlanarArrays&>(arrays) = cars;

@@ -17,21 +17,25 @@ constexpr std::ptrdiff_t kBlock = kBusyBlock;
 
 PlanarRest::PlanarRest(const inputs::Ground& law, const std::vector<Car>& cars, const Couplers& couplers,
                        const TruckArrays& trucks)
-    : law_(law), couplers_(couplers), trucks_(trucks), rest_(cars.size()), touched_(cars.size(), false), fresh_(cars.size(), false) {
+    : law_(law),
+      couplers_(couplers),
+      trucks_(trucks),
+      rest_(cars.size()),
+      touched_(cars.size(), false),
+      fresh_(cars.size(), false) {
   for (const Car& c : cars) {
     radius_.push_back(std::hypot(0.5 * c.length, 0.5 * c.width));
     half_spacing_.push_back(0.5 * c.truck_spacing);
     mass_.push_back(c.mass);
     inertia_.push_back(c.yaw_inertia);
   }
-  for (auto* a : {&fx_, &fy_, &moment_, &vx_, &vy_, &omega_}) a->assign(cars.size(), 0.0);
+  for (auto* a : {&fx_, &fy_, &moment_, &vx_, &vy_, &omega_, &seen_x_, &seen_y_, &seen_cosine_, &seen_sine_})
+    a->assign(cars.size(), 0.0);
   find_busy();
 }
 
 bool PlanarRest::off_rails(std::size_t car) const {
-  const auto off = [this](std::size_t truck) {
-    return trucks_.on_track[truck] == 0.0 && trucks_.guided[truck] == 0.0;
-  };
+  const auto off = [this](std::size_t truck) { return trucks_.on_track[truck] == 0.0 && trucks_.guided[truck] == 0.0; };
   return off(car) && off(mass_.size() + car);
 }
 
@@ -135,11 +139,20 @@ void PlanarRest::look(double h, const CarColumns& cars) {
   unlooked_ = 0;
   for (std::size_t k = 0; k < mass_.size(); ++k) {
     if (lies(static_cast<int>(k)) || !off_rails(k)) continue;
-    const double fastest = std::hypot(cars.vx[k], cars.vy[k]) + radius_[k] * std::abs(cars.omega[k]);
-    if (!rest_.note(k, fastest < law_.rest_speed, kSteps * h)) continue;
+    // How far any point of it has come since it was seen first: bodies that are pressed together tremble.
+    const double turned = cars.sine[k] * seen_cosine_[k] - cars.cosine[k] * seen_sine_[k];
+    const double way = std::hypot(cars.x[k] - seen_x_[k], cars.y[k] - seen_y_[k]) + radius_[k] * std::abs(turned);
+    const bool slow = way < law_.rest_speed * Rest::kTime;
+    if (!slow) {
+      seen_x_[k] = cars.x[k];
+      seen_y_[k] = cars.y[k];
+      seen_cosine_[k] = cars.cosine[k];
+      seen_sine_[k] = cars.sine[k];
+    }
+    if (!rest_.note(k, slow, kSteps * h)) continue;
     const double rate = 1.0 / Rest::kTime;
-    if (need(k, cars, rate * mass_[k] * cars.vx[k], rate * mass_[k] * cars.vy[k],
-             rate * inertia_[k] * cars.omega[k]) <= 1.0)
+    if (need(k, cars, rate * mass_[k] * cars.vx[k], rate * mass_[k] * cars.vy[k], rate * inertia_[k] * cars.omega[k]) <=
+        1.0)
       to_lie_.push_back(k);
   }
 }
@@ -201,6 +214,10 @@ void PlanarRest::walk(files::Archive& archive) {
   archive.value("unlooked", unlooked_);
   archive.list("touched", touched_cars_, [&](int& car) { archive.value("car", car); });
   archive.flags("fresh", fresh_);
+  archive.column("seen_x", seen_x_);
+  archive.column("seen_y", seen_y_);
+  archive.column("seen_cosine", seen_cosine_);
+  archive.column("seen_sine", seen_sine_);
   archive.column("own_x", vx_);
   archive.column("own_y", vy_);
   archive.column("own_omega", omega_);

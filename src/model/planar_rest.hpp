@@ -14,8 +14,8 @@
 
 namespace train_derail::model {
 
-/// The law: a car both of whose trucks are off the rails, every point of which has stayed slower than
-/// ground.rest_speed for Rest::kTime, and which the friction under its trucks can stop within that time, is held.
+/// The law: a car both of whose trucks are off the rails, every point of which has come less far than at
+/// ground.rest_speed in Rest::kTime, and which the friction under its trucks can stop within that time, is held.
 /// Friction takes what motion it has left. While others push it, it keeps the momentum that they give it less what
 /// friction takes, but it stays where it is: bodies that are pressed together push in spikes. Once any point would be
 /// faster than ground.rest_speed the car is let go, in the same step, with that momentum.
@@ -71,11 +71,12 @@ class PlanarRest {
   std::vector<double> radius_, half_spacing_, mass_, inertia_;
   std::vector<double> fx_, fy_, moment_;  // on cars that lie, of all but touches [N, N m]
   std::vector<double> vx_, vy_, omega_;   // what they would move at if they did not lie [m/s, rad/s]
-  std::vector<bool> touched_, fresh_;  // fresh: has come to lie at the end of the last step
+  std::vector<double> seen_x_, seen_y_, seen_cosine_, seen_sine_;  // where a car was when it began to be slow
+  std::vector<bool> touched_, fresh_;                              // fresh: has come to lie at the end of the last step
   std::vector<int> touched_cars_, touched_before_;
   std::vector<std::size_t> let_go_;  // in this step
   double kept_ = 0.0;                // J, of them, that no force of this step has accounted for
-  std::vector<int> joined_;  // cars that lie, with a coupler to one that moves
+  std::vector<int> joined_;          // cars that lie, with a coupler to one that moves
   std::vector<int> lying_cars_;
   std::vector<std::size_t> to_lie_;
   std::vector<CarRange> ranges_;

@@ -6,8 +6,8 @@
 #include "model/couplers.hpp"
 #include "model/trucks.hpp"
 #include "train_derail/inputs/scenario.hpp"
-#include "train_derail/model/state_layout.hpp"
 #include "train_derail/model/observation.hpp"
+#include "train_derail/model/state_layout.hpp"
 
 namespace train_derail::model {
 

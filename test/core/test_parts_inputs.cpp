@@ -224,6 +224,7 @@ TEST(Parts, EveryNumberIsFiniteAndInItsRange) {
                                     NUMBER(track.grades[0].start, any),
                                     NUMBER(track.grades[0].length, 0.0),
                                     NUMBER(track.grades[0].grade, 0.2),
+                                    NUMBER(ground.rest_speed, 2.0),
                                     NUMBER(terrain.rest_speed, 2.0),
                                     NUMBER(brakes.rolling_resistance, -0.1),
                                     NUMBER(brakes.force, -0.1),

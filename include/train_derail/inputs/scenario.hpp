@@ -181,7 +181,7 @@ struct Ground {
   double load_exponent = 1.0;         ///< friction off the rails grows with the weight of a car to this power [-]
   double reference_weight = 286.0 * kKip;  ///< weight of a car at which that power changes nothing [N]
   double rest_speed = 0.1;  ///< cars off the rails that stay slower come to rest, extended model; 0: never [m/s]
-  std::vector<GroundPatch> patches;        ///< rectangles of other friction; factors multiply where they overlap
+  std::vector<GroundPatch> patches;  ///< rectangles of other friction; factors multiply where they overlap
 };
 
 /// Rails that hold a truck sideways until they yield (OnTrackLaw::rails).

@@ -34,9 +34,8 @@ inline constexpr std::array<Ended, 4> kEnds{Ended::at_rest, Ended::time_max, End
                                             Ended::rolled_away};
 
 /// Ended in words for people, by its value.
-inline constexpr std::array<std::string_view, 5> kEndedTexts{"running", "all cars at rest", "time limit reached",
-                                                             "integration failed",
-                                                             "at rest but for cars that roll away"};
+inline constexpr std::array<std::string_view, 5> kEndedTexts{
+    "running", "all cars at rest", "time limit reached", "integration failed", "at rest but for cars that roll away"};
 
 /// A touch of two cars: their footprints (rectangles, length by width) begin to overlap. Speeds are those of the two
 /// bodies at the point of the touch, in the sample in which the overlap is first seen. Without contact forces bodies
