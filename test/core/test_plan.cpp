@@ -168,6 +168,18 @@ TEST_F(ByCause, RowsInsideOfAClassHaveItsStudy) {
             std::string::npos);
 }
 
+TEST_F(ByCause, TheShippedPlanIsReadAndGivesUnitTrainsOnBrokenRailsTheirStudyAsItIs) {
+  const validation::Plan plan = validation::read_plan(kSource + "/config/studies/freight.yaml");
+  EXPECT_EQ(validation::members_a_row(plan), 19);
+  for (const validation::CauseGroups::Group& g : plan.causes().groups) EXPECT_FALSE(plan.ways_of_group(g.name).empty());
+  const study::Study own = study::read_study_file(kSource + "/config/studies/accident_validation.yaml");
+  for (const Accident& a : validation::read_accidents(kSource + "/config/accidents/example.csv").rows) {
+    ASSERT_EQ(plan.ways_of(a).size(), 1u);
+    EXPECT_EQ(study::to_json(plan.ways_of(a)[0].study), study::to_json(own));
+    EXPECT_EQ(validation::outside(validation::read_fitted_class(plan.fitted_on), a), "");
+  }
+}
+
 TEST_F(ByCause, AStudyChangesItsBase) {
   const study::Study base = study::read_study_file((folder_ / "study.yaml").string());
   const study::Study soft = study::read_study_file((folder_ / "soft.yaml").string());
