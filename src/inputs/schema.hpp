@@ -292,8 +292,8 @@ void describe_block(V& v, C& c) {
   v.text("coupler_type", c.coupler_type,
          {"Couplers of the block: a type as coupler.type has it; left out: that.", &kSpatial});
   v.choice("shape", c.shape, kBodyShapes,
-           {"Of the body on the ground; cylinder: a tank along the car, as wide or as high as the box, whichever is "
-            "less.",
+           {"Of the body; cylinder: a tank along the car, as wide or as high as the box, whichever is less, with heads "
+            "that are half spheres.",
             &kSpatial});
   v.number("tank_strength", c.tank_strength, {"1", "", between_or_infinite(0.01, 1e3), between_or_infinite(0.3, 5)},
            {"Speeds of release.* for these cars over those of a bare tank; .inf: nothing to release; left out: 1 for "
@@ -609,6 +609,8 @@ void describe_terrain(V& v, T& t) {
            {"Of the ground under a corner of a body.", &kSpatial});
   v.number("body_damping_ratio", t.body_damping_ratio, {"1", "", between(0, 2), between(0, 1)},
            {"Damping ratio of a quarter of the car on that ground.", &kSpatial});
+  v.number("rolling_resistance", t.rolling_resistance, {"1", "", between(0, 10), between(0, 0.5)},
+           {"Of a body of shape cylinder that rolls on the ground: force over load, at its radius.", &kSpatial});
   v.number("rest_speed", t.rest_speed, {"m/s", "ft/s", between(0, 1), between(0, 0.05)},
            {"A car off the rails that stays slower for half a second is held still until it is pushed; 0: never.",
             &kSpatial});

@@ -96,7 +96,7 @@ void clip(Polygon& polygon, int along, double sign, double limit) {
 }
 
 /// Points on the face of `reference` that is square to its axis `k` and looks along `outward`; returns the deepest.
-double press_on_face(const Box& reference, int k, const Vector3d& outward, const Box& incident, BoxManifold& m) {
+double press_on_face(const Box& reference, int k, const Vector3d& outward, const Box& incident, BodyManifold& m) {
   const int u = (k + 1) % 3, v = (k + 2) % 3;
   Matrix3d frame;
   frame.row(0) = reference.axes.col(u).transpose();
@@ -150,7 +150,7 @@ Vector3d farthest_edge(const Box& box, int i, const Vector3d& direction) {
 }
 
 /// The point where two edges cross, m.normal square to both; returns its depth, 0 if they pass each other by.
-double press_on_edge(const Box& a, int i, const Box& b, int j, double overlap, BoxManifold& m) {
+double press_on_edge(const Box& a, int i, const Box& b, int j, double overlap, BodyManifold& m) {
   const Vector3d along_a = a.axes.col(i), along_b = b.axes.col(j);
   const Vector3d on_a = farthest_edge(a, i, -m.normal), on_b = farthest_edge(b, j, m.normal);
   const Vector3d across = on_b - on_a;
@@ -173,7 +173,7 @@ Vector3d normal_of(const Box& a, const Box& b, int axis) {
 }
 
 /// Returns how deep the deepest point is, 0 if there is none.
-double press_along(const Box& a, const Box& b, int axis, double overlap, BoxManifold& m) {
+double press_along(const Box& a, const Box& b, int axis, double overlap, BodyManifold& m) {
   m.axis = axis;
   m.normal = normal_of(a, b, axis);
   if (axis < 3) return press_on_face(a, axis, -m.normal, b, m);
@@ -184,7 +184,7 @@ double press_along(const Box& a, const Box& b, int axis, double overlap, BoxMani
 /// Two faces that lie nearly flat on each other, set off sideways, overlap least along edges that cross at their rims,
 /// and there they are deepest; but they touch on the whole of what they share. Puts all of that into m, unless it is
 /// not so. Otherwise the contact of two ends would jump from their middle to their rims and back.
-void spread_over_face(const Box& a, const Box& b, int previous, BoxManifold& m) {
+void spread_over_face(const Box& a, const Box& b, int previous, BodyManifold& m) {
   const Vector3d cosine_a = a.axes.transpose() * m.normal, cosine_b = b.axes.transpose() * m.normal;
   int nearest = 0;
   const auto cosine = [&](int face) { return std::abs(face < 3 ? cosine_a[face] : cosine_b[face - 3]); };
@@ -195,7 +195,7 @@ void spread_over_face(const Box& a, const Box& b, int previous, BoxManifold& m) 
   const double depth = m.depth[0];
   for (const int face : {remembered, nearest}) {
     if (cosine(face) < kNearly) continue;
-    BoxManifold wide;
+    BodyManifold wide;
     const double deepest = cosine(face) * press_along(a, b, face, depth, wide);
     if (wide.count < 2 || std::abs(deepest - depth) > kSamePlace * depth) continue;
     m = wide;
@@ -211,8 +211,8 @@ int other_way(int axis) {
 }
 
 /// `a` is the box whose centre comes first.
-BoxManifold press_in_order(const Box& a, const Box& b, int previous) {
-  BoxManifold m;
+BodyManifold press_in_order(const Box& a, const Box& b, int previous) {
+  BodyManifold m;
   Overlaps overlap;
   if (!overlaps(a, b, overlap)) return m;
   const auto least = [&overlap](int from, int to) {
@@ -226,19 +226,20 @@ BoxManifold press_in_order(const Box& a, const Box& b, int previous) {
   if (chosen != best && deepest < 0.5 * overlap[best]) press_along(a, b, best, overlap[best], m);
   if (m.axis >= kFaces) spread_over_face(a, b, previous, m);
   if (m.count == 0) m.axis = -1;
+  else std::fill_n(m.share.begin(), m.count, 1.0 / m.count);
   return m;
 }
 
 }  // namespace
 
-BoxManifold press(const Box& a, const Box& b, int previous_axis) {
+BodyManifold press(const Box& a, const Box& b, int previous_axis) {
   const double ra = a.half.squaredNorm(), rb = b.half.squaredNorm();
   if (!((a.centre - b.centre).squaredNorm() < ra + rb + 2.0 * std::sqrt(ra * rb))) return {};
   // Equal overlaps go to whoever comes first: that is to be the same box for press(b, a).
   if (!std::lexicographical_compare(b.centre.begin(), b.centre.end(), a.centre.begin(), a.centre.end())) {
     return press_in_order(a, b, previous_axis);
   }
-  BoxManifold m = press_in_order(b, a, other_way(previous_axis));
+  BodyManifold m = press_in_order(b, a, other_way(previous_axis));
   m.normal = -m.normal;
   m.axis = other_way(m.axis);
   return m;

@@ -60,6 +60,7 @@ struct Body {
         sag(0.25 * c.weight / spring),
         ground_damping(model::ground_damping(s.terrain, c.mass)),
         cylinder(c.cylinder),
+        shell_radius(box_half.minCoeff()),
         radius(box_half.norm() + box_centre.norm()) {}
 
   double mass, weight;
@@ -69,8 +70,16 @@ struct Body {
   double centre_height;
   double spring, spring_damping, sag;  // of a side of a truck; how far it is pressed at rest
   double ground_damping;
-  bool cylinder;  // so the body presses on the ground, instead of as a box
-  double radius;  // of a sphere about the centre of mass, around the body
+  bool cylinder;        // with domed heads the body is, instead of a box
+  double shell_radius;  // of that cylinder
+  double radius;        // of a sphere about the centre of mass, around the body
+
+  /// Half the distance of the centres of a cylinder's heads.
+  double shell_half() const { return half_length - shell_radius; }
+  /// How far the body reaches from its centre along a unit vector that is given along the car's axes.
+  double half_extent(const Eigen::Vector3d& direction) const {
+    return cylinder ? shell_half() * std::abs(direction.x()) + shell_radius : direction.cwiseAbs().dot(box_half);
+  }
 
   double kinetic(const SpatialMotion& q) const {
     return 0.5 * mass * q.velocity.squaredNorm() + 0.5 * q.body_rates.dot(inertia.cwiseProduct(q.body_rates));

@@ -17,16 +17,18 @@ namespace {
 constexpr double kMargin = 1.0;       // of pairs of bodies that are looked at, m
 constexpr double kSameImpact = 0.25;  // s: touches of the same two cars closer together are one impact
 
-Face face_met(const SpatialMotion& car, const Vector3d& push) {
-  const Vector3d own = car.axes.transpose() * push;
-  const double along = own.x(), across = own.y(), upward = own.z();
-  if (std::abs(upward) > std::max(std::abs(along), std::abs(across))) return upward < 0.0 ? Face::top : Face::bottom;
-  if (std::abs(along) > std::abs(across)) return along < 0.0 ? Face::front : Face::rear;
-  return across < 0.0 ? Face::left : Face::right;
+/// The head of a cylinder ends where it looks as much aside as along the car.
+Face face_met(const Body& body, const SpatialMotion& car, const Vector3d& push) {
+  const Vector3d own = car.axes.transpose() * push, size = own.cwiseAbs();
+  const bool end =
+      body.cylinder ? size.x() > std::hypot(size.y(), size.z()) : size.x() > size.y() && size.x() >= size.z();
+  if (end) return own.x() < 0.0 ? Face::front : Face::rear;
+  if (size.z() > size.y()) return own.z() < 0.0 ? Face::top : Face::bottom;
+  return own.y() < 0.0 ? Face::left : Face::right;
 }
 
-bool end_met(const SpatialMotion& car, const Vector3d& push) {
-  const Face face = face_met(car, push);
+bool end_met(const Body& body, const SpatialMotion& car, const Vector3d& push) {
+  const Face face = face_met(body, car, push);
   return face == Face::front || face == Face::rear;
 }
 
@@ -41,6 +43,29 @@ Box SpatialContacts::box(std::size_t k) const {
   const Body& b = cars_.bodies[k];
   const SpatialMotion& q = cars_.at(k);
   return {q.point(b.box_centre), q.axes, b.box_half};
+}
+
+Cylinder SpatialContacts::cylinder(std::size_t k) const {
+  const Body& b = cars_.bodies[k];
+  const SpatialMotion& q = cars_.at(k);
+  return {q.point(b.box_centre), q.axes.col(0), b.shell_half(), b.shell_radius};
+}
+
+/// Where the two press on each other.
+BodyContact SpatialContacts::meet(const Pair& pair) const {
+  const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+  const bool round_a = cars_.bodies[a].cylinder, round_b = cars_.bodies[b].cylinder;
+  if (round_a && round_b) return press(cylinder(a), cylinder(b), pair.crushed);
+  if (round_a) return press(cylinder(a), box(b), pair.crushed);
+  if (round_b) {
+    BodyContact contact = press(cylinder(b), box(a), pair.crushed);
+    contact.manifold.normal *= -1.0;
+    return contact;
+  }
+  const Box box_a = box(a), box_b = box(b);
+  BodyContact contact{press(box_a, box_b, pair.axis)};
+  if (contact.manifold.count == 0) contact.gap = gap(box_a, box_b);
+  return contact;
 }
 
 void SpatialContacts::find_pairs() {
@@ -93,24 +118,24 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
   // As far as they were apart, less what they may have moved_ since then, they need not be looked at.
   pair.apart -= 1.05 * h * ((cars_.velocity(a) - cars_.velocity(b)).cwiseAbs().sum() + cars_.swirl[a] + cars_.swirl[b]);
   if (pair.apart > 0.0) return false;
-  const Box box_a = box(a), box_b = box(b);
-  const BoxManifold m = press(box_a, box_b, pair.axis);
+  const BodyContact contact = meet(pair);
+  const BodyManifold& m = contact.manifold;
   pair.axis = m.axis;
-  pair.apart = m.count > 0 ? 0.0 : gap(box_a, box_b) - 1e-3;
+  pair.apart = m.count > 0 ? 0.0 : contact.gap - 1e-3;
   if (m.count == 0) {
     pair.crushed = 0.0;
     pair.sheared.setZero();
     return wakes(pair, Vector3d::Zero());
   }
   inputs::Contact law = cars_.scenario.contact;
-  if (law.side_crush_force < law.crush_force && !(end_met(cars_.at(a), m.normal) && end_met(cars_.at(b), -m.normal)))
-    law.crush_force = law.side_crush_force;
   const SpatialMotion &q = cars_.at(a), &r = cars_.at(b);
+  if (law.side_crush_force < law.crush_force &&
+      !(end_met(cars_.bodies[a], q, m.normal) && end_met(cars_.bodies[b], r, -m.normal)))
+    law.crush_force = law.side_crush_force;
   // What speeds change in ten steps of free fall: slower than that, a car that lies on another would hop as the force
   // changes between loading and unloading.
   const double quiet = std::max(cars_.scenario.ground.regularization_speed, 10.0 * inputs::kStandardGravity * h);
   const auto points = static_cast<std::size_t>(m.count);
-  const double share = 1.0 / m.count;
   std::array<Vector3d, 8> slip;
   std::array<double, 8> pushes;
   Vector3d first_velocity = Vector3d::Zero(), mean_slip = Vector3d::Zero();
@@ -119,7 +144,7 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
     const Vector3d v = q.velocity_at(m.point[i]) - r.velocity_at(m.point[i]);
     const double closing = -v.dot(m.normal);
     if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
-    pushes[i] = share * quiet_contact_force(law, m.depth[i], closing, quiet, pair.crushed);
+    pushes[i] = m.share[i] * quiet_contact_force(law, m.depth[i], closing, quiet, pair.crushed);
     slip[i] = v + closing * m.normal;
     force += pushes[i];
     mean_slip += pushes[i] * slip[i];
@@ -163,14 +188,16 @@ bool SpatialContacts::wakes(Pair& pair, const Vector3d& force) {
   return !cars_.rest.lies(car);
 }
 
-void SpatialContacts::note(double t, double h, Pair& pair, const BoxManifold& m, const Vector3d& velocity,
+void SpatialContacts::note(double t, double h, Pair& pair, const BodyManifold& m, const Vector3d& velocity,
                            double force) {
   std::vector<Impact>& impacts = record_.incidents.impacts;
   const SpatialMotion &a = cars_.at(static_cast<std::size_t>(pair.a)), &b = cars_.at(static_cast<std::size_t>(pair.b));
   if (pair.impact < 0 || t - pair.seen > kSameImpact) {
     pair.impact = static_cast<int>(impacts.size());
     const Vector3d& p = m.point[0];
-    impacts.push_back({t, t, pair.a, pair.b, face_met(a, m.normal), face_met(b, -m.normal),
+    const Body &body_a = cars_.bodies[static_cast<std::size_t>(pair.a)],
+               &body_b = cars_.bodies[static_cast<std::size_t>(pair.b)];
+    impacts.push_back({t, t, pair.a, pair.b, face_met(body_a, a, m.normal), face_met(body_b, b, -m.normal),
                        (p - a.centre).dot(a.axes.col(0)), (p - b.centre).dot(b.axes.col(0)), p.x(), p.y(), p.z(),
                        velocity.norm(), -velocity.dot(m.normal), 0.0, 0.0});
   }

@@ -8,7 +8,9 @@
 
 #include <Eigen/Geometry>
 
+#include "model/body_manifold.hpp"
 #include "model/box_contact.hpp"
+#include "model/cylinder_contact.hpp"
 #include "model/part.hpp"
 #include "model/rest.hpp"
 #include "model/spatial_cars.hpp"
@@ -51,9 +53,11 @@ class SpatialContacts {
 
   void find_pairs();
   Box box(std::size_t k) const;
+  Cylinder cylinder(std::size_t k) const;
+  BodyContact meet(const Pair& pair) const;
   bool touch(double t, double h, Pair& pair);
   bool wakes(Pair& pair, const Eigen::Vector3d& force);
-  void note(double t, double h, Pair& pair, const BoxManifold& m, const Eigen::Vector3d& velocity, double force);
+  void note(double t, double h, Pair& pair, const BodyManifold& m, const Eigen::Vector3d& velocity, double force);
 
   SpatialCars& cars_;
   Record& record_;

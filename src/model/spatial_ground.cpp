@@ -23,41 +23,77 @@ void SpatialGround::press_near(std::size_t car, double s) {
   above_[car] = lowest - highest;
   if (lowest > highest) {
     if (lies_[car])
-      std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(kPoints * car + kWheels), kCorners,
+      std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(kPoints * car + kWheels), kBody,
                   Vector3d::Zero());
     return;
   }
   const SpatialMotion& q = cars_.at(car);
-  const inputs::Terrain& terrain = cars_.scenario.terrain;
   OnGround sum;
-  for (std::size_t i = 0; i < points_of(b); ++i) {
+  if (b.cylinder) press_shell(sum, q, car, s);
+  else press_edges(sum, q, car, s, highest);
+  lie(car, BODY_GROUND, sum);
+}
+
+double SpatialGround::press_body_point(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t point,
+                                       const Vector3d& place, const Vector3d& up, double depth, double s) {
+  const inputs::Terrain& terrain = cars_.scenario.terrain;
+  const double patch = bed_.patch_factor(place, s);
+  return press_on(sum, q, car, point, place, up, terrain.body_stiffness * depth, cars_.bodies[car].ground_damping,
+                  [&](const Vector3d&) { return terrain.body_friction * patch; });
+}
+
+void SpatialGround::press_edges(OnGround& sum, const SpatialMotion& q, std::size_t car, double s, double highest) {
+  const Body& b = cars_.bodies[car];
+  const Vector3d rise = q.axes.row(2);
+  for (std::size_t i = 0; i < kCorners; ++i) {
     const std::size_t point = kPoints * car + kWheels + i;
     const Vector3d own = corner_of(b, i);
-    if (b.cylinder || middle + rise.dot(own) < highest) {
-      const Vector3d place = b.cylinder ? lowest_of_ring(b, q, i, s) : q.point(own);
+    if (q.centre.z() + rise.dot(own) < highest) {
+      const Vector3d place = q.point(own);
       const Under under = ground_under(point, place, s);
       const double depth = under.z - place.z();
       if (depth > 0.0) {
-        const double patch = bed_.patch_factor(place, s);
-        press_on(sum, q, car, point, place, under.up, terrain.body_stiffness * depth, b.ground_damping,
-                 [&](const Vector3d&) { return terrain.body_friction * patch; });
+        press_body_point(sum, q, car, point, place, under.up, depth, s);
         continue;
       }
     }
     sheared_next_[point].setZero();
   }
-  lie(car, BODY_GROUND, sum);
 }
 
-/// What of a cylinder is deepest in the ground: against the ground's normal from the axis. As it rolls, other parts of
-/// the shell come to be there, at the speed at which those that are there leave.
-Vector3d SpatialGround::lowest_of_ring(const Body& b, const SpatialMotion& q, std::size_t i, double s) const {
-  const Vector3d middle = q.point(b.box_centre + Vector3d((static_cast<double>(i) - 1.0) * b.half_length, 0.0, 0.0));
-  const Vector3d up = bed_.ground(middle, s).up, along = q.axes.col(0);
-  const Vector3d out = up - up.dot(along) * along;
-  const double size = out.norm();
-  if (!(size > 1e-9 * up.norm())) return middle;
-  return middle - std::min(b.box_half.y(), b.box_half.z()) / size * out;
+/// As a cylinder rolls, other parts of its shell come to be on the ground, at the speed at which those that are there
+/// leave.
+void SpatialGround::press_shell(OnGround& sum, const SpatialMotion& q, std::size_t car, double s) {
+  const Body& b = cars_.bodies[car];
+  std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(ball_point(car, 0, 0)), kBalls * kBallPoints,
+              Vector3d::Zero());
+  double load = 0.0;
+  for (std::size_t i = 0; i < kBalls; ++i) {
+    bed_.touches_of_ball(ball_of(b, q, i), b.shell_radius, s,
+                         [&](const Vector3d& place, const Vector3d& up, double depth, std::size_t number) {
+                           load += press_body_point(sum, q, car, ball_point(car, i, number), place, up, depth, s);
+                         });
+  }
+  resist_rolling(sum, q, car, load);
+}
+
+/// Under a cylinder that rolls the load moves ahead of the axis, at most by rolling_resistance times its radius; within
+/// that it rocks about where it lies, and comes to rest. Otherwise a tank would roll on level ground for ever.
+void SpatialGround::resist_rolling(OnGround& sum, const SpatialMotion& q, std::size_t car, double load) {
+  const Body& b = cars_.bodies[car];
+  double& ahead = sheared_next_[rolling_point(car)].x();
+  ahead = 0.0;
+  if (!(load > 0.0)) return;
+  const double limit = cars_.scenario.terrain.rolling_resistance * b.shell_radius;
+  const double rolls = b.shell_radius * q.body_rates.x();
+  // Damped within about one of its swings.
+  const double settling = std::sqrt(b.shell_radius / inputs::kStandardGravity);
+  ahead = sheared_[rolling_point(car)].x() + cars_.step * rolls;
+  double arm = ahead + settling * rolls;
+  if (std::abs(arm) > limit) ahead = arm = std::copysign(limit, arm);
+  const Vector3d torque = -load * arm * q.axes.col(0);
+  sum.all.torque += torque;
+  sum.friction.torque += torque;
 }
 
 void SpatialGround::lie(std::size_t car, Account damping, const OnGround& sum) {
@@ -77,14 +113,22 @@ void SpatialGround::keep_strain() {
 }
 
 double SpatialGround::energy(std::size_t car, const SpatialMotion& q, double s) const {
-  double e = 0.0;
+  double squares = 0.0;
   const Body& b = cars_.bodies[car];
-  for (std::size_t i = 0; i < points_of(b); ++i) {
-    const Vector3d place = b.cylinder ? lowest_of_ring(b, q, i, s) : q.point(corner_of(b, i));
-    const double depth = bed_.ground(place, s).z - place.z();
-    if (depth > 0.0) e += 0.5 * cars_.scenario.terrain.body_stiffness * depth * depth;
+  if (b.cylinder) {
+    for (std::size_t i = 0; i < kBalls; ++i) {
+      bed_.touches_of_ball(
+          ball_of(b, q, i), b.shell_radius, s,
+          [&](const Vector3d&, const Vector3d&, double depth, std::size_t) { squares += depth * depth; });
+    }
+  } else {
+    for (std::size_t i = 0; i < kCorners; ++i) {
+      const Vector3d place = q.point(corner_of(b, i));
+      const double depth = bed_.ground(place, s).z - place.z();
+      if (depth > 0.0) squares += depth * depth;
+    }
   }
-  return e;
+  return 0.5 * cars_.scenario.terrain.body_stiffness * squares;
 }
 
 void SpatialGround::walk(files::Archive& archive) {

@@ -23,8 +23,10 @@ struct OnGround {
 
 class SpatialGround {
  public:
-  /// Points of a car: four sides of trucks, then edges of the body.
-  static constexpr std::size_t kWheels = 4, kCorners = 12, kPoints = kWheels + kCorners;
+  /// Points of a car: four sides of trucks, then those of the body: of a box at its edges, of a cylinder what three
+  /// balls touch.
+  static constexpr std::size_t kWheels = 4, kCorners = 12, kBalls = 3, kBallPoints = 5,
+                               kBody = kBalls * kBallPoints + 1, kPoints = kWheels + kBody;
 
   SpatialGround(SpatialCars& cars, const SpatialBed& bed);
 
@@ -68,9 +70,22 @@ class SpatialGround {
   Under ground_under(std::size_t point, const Eigen::Vector3d& p, double s) {
     return bed_.ground(p, s, 2.0 * cars_.bodies[point / kPoints].radius, feet_[point]);
   }
-  /// Points of a body that may press on the ground: of its edges, or of a cylinder the lowest at its ends and middle.
-  static std::size_t points_of(const Body& b) { return b.cylinder ? 3 : kCorners; }
-  Eigen::Vector3d lowest_of_ring(const Body& b, const SpatialMotion& q, std::size_t i, double s) const;
+  void press_edges(OnGround& sum, const SpatialMotion& q, std::size_t car, double s, double highest);
+  void press_shell(OnGround& sum, const SpatialMotion& q, std::size_t car, double s);
+  void resist_rolling(OnGround& sum, const SpatialMotion& q, std::size_t car, double load);
+  /// Forces on a point of the body that is `depth` in the ground, straight down; returns the load.
+  double press_body_point(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t point,
+                          const Eigen::Vector3d& place, const Eigen::Vector3d& up, double depth, double s);
+  /// Centres of the balls by which a cylinder presses on the ground: its heads, and one in the middle.
+  static Eigen::Vector3d ball_of(const Body& b, const SpatialMotion& q, std::size_t i) {
+    return q.point(b.box_centre + Eigen::Vector3d((static_cast<double>(i) - 1.0) * b.shell_half(), 0.0, 0.0));
+  }
+  /// What a ball touches at the same time has points of its own: numbers that differ by less than kBallPoints.
+  static std::size_t ball_point(std::size_t car, std::size_t ball, std::size_t number) {
+    return kPoints * car + kWheels + kBallPoints * ball + number % kBallPoints;
+  }
+  /// The last of a car's points keeps the strain of rolling, as x.
+  static std::size_t rolling_point(std::size_t car) { return ball_point(car, kBalls, 0); }
   /// A point of the body's edges, from the centre of mass along the car's axes.
   static Eigen::Vector3d corner_of(const Body& b, std::size_t i) {
     const Eigen::Vector3d sign(static_cast<double>(i / 4) - 1.0, (i & 1U) != 0 ? 1.0 : -1.0,

@@ -340,9 +340,7 @@ Footprint SpatialModel::footprint(const double* y, Eigen::Index car) const {
   const SpatialMotion q = motion(y, car);
   const Vector3d centre = q.point(b.box_centre);
   Footprint f{{centre.x(), centre.y()}, car_motion(y, car).axis, 0.0, 0.0};
-  const auto half_extent = [&](const Vector2& u) {
-    return (q.axes.topRows<2>().transpose() * u).cwiseAbs().dot(b.box_half);
-  };
+  const auto half_extent = [&](const Vector2& u) { return b.half_extent(q.axes.topRows<2>().transpose() * u); };
   f.half_length = half_extent(f.axis);
   f.half_width = half_extent(f.side());
   return f;
@@ -355,7 +353,7 @@ std::optional<Attitude> SpatialModel::attitude(const double* y, Eigen::Index car
   const double rails = parts_->bed.profile.at(track_place(car, {centre.x(), centre.y()}).s).bed;
   const double middle = centre.z() - rails;
   return Attitude{std::acos(std::clamp(q.axes(2, 2), -1.0, 1.0)), middle,
-                  middle - q.axes.row(2).cwiseAbs().dot(b.box_half)};
+                  middle - b.half_extent(q.axes.row(2).transpose())};
 }
 
 void SpatialModel::find_headings(const double* y, double* cosine, double* sine) const {

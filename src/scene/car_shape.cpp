@@ -78,37 +78,73 @@ void add_plain_box(CarShape& shape, const Hull& hull) {
   add_rim(shape.dark, f, w, roof + 0.01);
 }
 
-/// Cylinder with domed ends between end sills, manway dome with a platform round it.
-void add_tank(CarShape& shape, const Hull& hull) {
-  const double f = hull.f, w = hull.w, floor = hull.floor, roof = hull.roof;
-  const double shell = roof - 0.35;  // its top; the dome stands on it
-  constexpr int kSides = 14;         // the two lowest are left out
-  const double middle = 0.5 * (shell + floor), radius = 0.5 * (shell - floor);
-  const double end = 0.92 * f, shoulder = end - std::min(0.7, 0.2 * f);
-  // Marks lie on the top of the shell.
-  shape.top = shell + 0.03;
-  shape.top_half_width = 0.5 * w;
-  shape.top_end = shoulder;
-  const auto ring = [&](double x, double share, int i) {
-    const double angle = 2.0 * kPi * (i - 0.25 * kSides + 1.0) / kSides;  // from just right of the keel, upwards
-    return make_point(x, share * 0.96 * w * std::cos(angle), middle + share * radius * std::sin(angle));
-  };
+/// A shell along the car: circles seen from the front, narrower ones in the heads.
+struct Shell {
+  double middle, across, up;  // height of its axis, half axes of its section
+  double half;                // half its length between the heads
+  double head;                // how far a head bulges
+  int circles;                // that a head has, the one on the shell included
+};
+
+constexpr int kSides = 14;  // of a shell; the two lowest are left out
+
+/// Corner i of a circle of the shell at the front, or at the rear.
+Point shell_point(const Shell& s, double end, int circle, int i) {
+  const double bulge = 0.5 * kPi * circle / s.circles, share = std::cos(bulge);
+  const double angle = 2.0 * kPi * (i - 0.25 * kSides + 1.0) / kSides;  // from just right of the keel, upwards
+  return make_point(end * (s.half + s.head * std::sin(bulge)), share * s.across * std::cos(angle),
+                    s.middle + share * s.up * std::sin(angle));
+}
+
+void add_shell(Points& points, const Shell& s) {
+  const double tip = s.half + s.head;
   for (int i = 0; i < kSides - 2; ++i) {
-    add_quad(shape.body, ring(shoulder, 1.0, i), ring(-shoulder, 1.0, i), ring(-shoulder, 1.0, i + 1),
-             ring(shoulder, 1.0, i + 1));
-    shape.body.insert(shape.body.end(),
-                      {make_point(end, 0.0, middle), ring(shoulder, 1.0, i), ring(shoulder, 1.0, i + 1),
-                       make_point(-end, 0.0, middle), ring(-shoulder, 1.0, i + 1), ring(-shoulder, 1.0, i)});
+    add_quad(points, shell_point(s, 1.0, 0, i), shell_point(s, -1.0, 0, i), shell_point(s, -1.0, 0, i + 1),
+             shell_point(s, 1.0, 0, i + 1));
+    for (int c = 0; c + 1 < s.circles; ++c) {
+      add_quad(points, shell_point(s, 1.0, c + 1, i), shell_point(s, 1.0, c, i), shell_point(s, 1.0, c, i + 1),
+               shell_point(s, 1.0, c + 1, i + 1));
+      add_quad(points, shell_point(s, -1.0, c + 1, i + 1), shell_point(s, -1.0, c, i + 1), shell_point(s, -1.0, c, i),
+               shell_point(s, -1.0, c + 1, i));
+    }
+    const int last = s.circles - 1;
+    points.insert(points.end(),
+                  {make_point(tip, 0.0, s.middle), shell_point(s, 1.0, last, i), shell_point(s, 1.0, last, i + 1),
+                   make_point(-tip, 0.0, s.middle), shell_point(s, -1.0, last, i + 1), shell_point(s, -1.0, last, i)});
   }
+}
+
+/// Half of a round body's width, and of its height.
+double round_radius(const Hull& hull) { return std::min({hull.f, hull.w, 0.5 * (hull.roof - hull.floor)}); }
+
+/// Shell between end sills, manway dome with a platform round it. `round`: it is as the body that presses on others,
+/// and what stands out of that is left out.
+void add_tank(CarShape& shape, const Hull& hull, bool round) {
+  const double f = hull.f, w = hull.w, floor = hull.floor, roof = hull.roof;
+  const double radius = round_radius(hull), top = round ? 0.5 * (floor + roof) + radius : roof - 0.35;
+  const double end = 0.92 * f, shoulder = end - std::min(0.7, 0.2 * f);
+  const Shell shell = round ? Shell{0.5 * (floor + roof), radius, radius, f - radius, radius, 3}
+                            : Shell{0.5 * (top + floor), 0.96 * w, 0.5 * (top - floor), shoulder, end - shoulder, 1};
+  // Marks lie on the top of the shell.
+  shape.top = top + 0.03;
+  shape.top_half_width = 0.5 * w;
+  shape.top_end = shell.half;
+  add_shell(shape.body, shell);
   const double dome = std::min(0.75, 0.25 * f);
-  add_plate(shape.dark, -2.0 * dome, 2.0 * dome, 0.62 * w, shell + 0.02);
-  add_box(shape.body, -dome, dome, std::min(0.6, 0.4 * w), shell, roof);
-  add_plate(shape.dark, -f, f, 0.9 * w, floor);
-  add_rim(shape.dark, f, w, floor + 0.01);
-  for (const double x : {-0.5 * shoulder, 0.5 * shoulder}) {  // bands round the shell
+  add_plate(shape.dark, -2.0 * dome, 2.0 * dome, round ? 0.3 * w : 0.62 * w, top + 0.02);
+  if (!round) {
+    add_box(shape.body, -dome, dome, std::min(0.6, 0.4 * w), top, roof);
+    add_plate(shape.dark, -f, f, 0.9 * w, floor);
+    add_rim(shape.dark, f, w, floor + 0.01);
+  }
+  for (const double place : {-0.5, 0.5}) {  // bands round the shell
     for (int i = 2; i < kSides - 4; ++i) {
-      const Point a = ring(x, 1.01, i), b = ring(x, 1.01, i + 1);
-      add_line(shape.dark, a, b, 0.5 * (a.y + b.y), 0.5 * (a.z + b.z) - middle);
+      Shell band = shell;
+      band.half *= place;
+      band.across *= 1.01;
+      band.up *= 1.01;
+      const Point a = shell_point(band, 1.0, 0, i), b = shell_point(band, 1.0, 0, i + 1);
+      add_line(shape.dark, a, b, 0.5 * (a.y + b.y), 0.5 * (a.z + b.z) - shell.middle);
     }
   }
 }
@@ -197,8 +233,8 @@ CarShape car_shape(const model::Car& car) {
   shape.top = hull.roof + 0.03;
   shape.top_half_width = w;
   shape.top_end = f;
-  if (car.body == "tank_car") {
-    add_tank(shape, hull);
+  if (car.cylinder || car.body == "tank_car") {
+    add_tank(shape, hull, car.cylinder);
   } else if (car.body == "hopper") {
     add_hopper(shape, hull);
   } else if (car.body == "boxcar") {
@@ -208,7 +244,7 @@ CarShape car_shape(const model::Car& car) {
   } else {
     add_plain_box(shape, hull);
   }
-  add_plate_below(shape.dark, -f, f, 0.95 * w, hull.floor - 0.01);
+  if (!car.cylinder) add_plate_below(shape.dark, -f, f, 0.95 * w, hull.floor - 0.01);
   for (const double centre : {0.5 * car.truck_spacing, -0.5 * car.truck_spacing}) {
     add_truck(shape.dark, centre, car.width, std::min(kTruckHeight, hull.floor));
   }

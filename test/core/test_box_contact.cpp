@@ -12,8 +12,8 @@
 namespace train_derail {
 namespace {
 
+using model::BodyManifold;
 using model::Box;
-using model::BoxManifold;
 using model::press;
 using Vec = Eigen::Vector3d;
 using Matrix = Eigen::Matrix3d;
@@ -56,7 +56,7 @@ Vec farthest_edge(const Box& b, int i, const Vec& direction) {
 /// How far a has to go along the unit vector `n` to come free; negative if there is a gap.
 double overlap(const Box& a, const Box& b, const Vec& n) { return (farthest(b, n) - farthest(a, -n)).dot(n); }
 
-/// Least overlap along the axis named as in BoxManifold::axis; infinite for parallel edges.
+/// Least overlap along the axis named as in BodyManifold::axis; infinite for parallel edges.
 double overlap(const Box& a, const Box& b, int axis) {
   const Vec n = axis < 3   ? Vec(a.axes.col(axis))
                 : axis < 6 ? Vec(b.axes.col(axis - 3))
@@ -76,23 +76,23 @@ double outside(const Box& b, const Vec& p) {
   return ((b.axes.transpose() * (p - b.centre)).cwiseAbs() - b.half).maxCoeff();
 }
 
-double deepest(const BoxManifold& m) { return *std::max_element(m.depth.begin(), m.depth.begin() + m.count); }
+double deepest(const BodyManifold& m) { return *std::max_element(m.depth.begin(), m.depth.begin() + m.count); }
 
 /// Area within the points, which are in order.
-double area(const BoxManifold& m) {
+double area(const BodyManifold& m) {
   Vec sum = Vec::Zero();
   for (int i = 1; i + 1 < m.count; ++i) sum += 0.5 * (m.point[i] - m.point[0]).cross(m.point[i + 1] - m.point[0]);
   return sum.norm();
 }
 
 /// Distance from `p` to the nearest point of the contact.
-double nearest(const BoxManifold& m, const Vec& p) {
+double nearest(const BodyManifold& m, const Vec& p) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < m.count; ++i) least = std::min(least, (m.point[i] - p).norm());
   return least;
 }
 
-void expect_points(const BoxManifold& m, const std::vector<Vec>& points, double depth) {
+void expect_points(const BodyManifold& m, const std::vector<Vec>& points, double depth) {
   ASSERT_EQ(m.count, static_cast<int>(points.size()));
   for (const Vec& p : points) EXPECT_LT(nearest(m, p), 1e-12) << p.transpose();
   for (int i = 0; i < m.count; ++i) EXPECT_NEAR(m.depth[i], depth, 1e-12);
@@ -116,7 +116,7 @@ Box random_box(test::Random& random) {
 }
 
 TEST(BoxContact, CarOnCarHasFourPoints) {
-  const BoxManifold m = press(box({0.0, 0.0, 3.3}), box(Vec::Zero()));
+  const BodyManifold m = press(box({0.0, 0.0, 3.3}), box(Vec::Zero()));
   EXPECT_EQ(m.normal, Vec(0.0, 0.0, 1.0));
   expect_points(m, {{9.0, 1.5, 1.65}, {-9.0, 1.5, 1.65}, {-9.0, -1.5, 1.65}, {9.0, -1.5, 1.65}}, 0.1);
   EXPECT_NEAR(area(m), 18.0 * 3.0, 1e-12);
@@ -124,7 +124,7 @@ TEST(BoxContact, CarOnCarHasFourPoints) {
   test::Random random(19);
   for (int i = 0; i < 200; ++i) {
     const Matrix turn = random_axes(random);
-    const BoxManifold askew = press(box(turn * Vec(0.0, 0.0, 3.3), turn), box(Vec::Zero(), turn));
+    const BodyManifold askew = press(box(turn * Vec(0.0, 0.0, 3.3), turn), box(Vec::Zero(), turn));
     ASSERT_EQ(askew.count, 4);
     ASSERT_NEAR(area(askew), 18.0 * 3.0, 1e-9);
   }
@@ -132,13 +132,13 @@ TEST(BoxContact, CarOnCarHasFourPoints) {
 
 TEST(BoxContact, WhatLiesOnEachOtherIsCutOut) {
   // Set forward by 5 m and to the right by 1 m: they share x from -4 to 9 and y from -1.5 to 0.5.
-  const BoxManifold m = press(box({5.0, -1.0, 3.3}), box(Vec::Zero()));
+  const BodyManifold m = press(box({5.0, -1.0, 3.3}), box(Vec::Zero()));
   EXPECT_EQ(m.normal, Vec(0.0, 0.0, 1.0));
   expect_points(m, {{-4.0, -1.5, 1.65}, {9.0, -1.5, 1.65}, {9.0, 0.5, 1.65}, {-4.0, 0.5, 1.65}}, 0.1);
   EXPECT_NEAR(area(m), 13.0 * 2.0, 1e-12);
   // A cube on a cube, turned by 45 degrees: an octagon.
   const Vec cube(1.0, 1.0, 1.0);
-  const BoxManifold octagon =
+  const BodyManifold octagon =
       press(box({0.0, 0.0, 1.9}, turned(0.0, 0.0, 0.25 * test::kPi), cube), box(Vec::Zero(), Matrix::Identity(), cube));
   EXPECT_EQ(octagon.count, 8);
   EXPECT_NEAR(area(octagon), 8.0 * (std::sqrt(2.0) - 1.0), 1e-12);
@@ -150,7 +150,7 @@ TEST(BoxContact, EdgeOnAFaceHasTwoPoints) {
   Box a = box(Vec::Zero(), turned(0.6, 0.0, 0.0));
   const Vec low = farthest_edge(a, 0, -Vec::UnitZ());
   a.centre = Vec(4.0, 0.3, 1.6) - low;
-  const BoxManifold m = press(a, box(Vec::Zero()));
+  const BodyManifold m = press(a, box(Vec::Zero()));
   EXPECT_EQ(m.axis, 5);
   EXPECT_EQ(m.normal, Vec(0.0, 0.0, 1.0));
   expect_points(m, {{-5.0, 0.3, 1.65}, {9.0, 0.3, 1.65}}, 0.1);
@@ -159,7 +159,7 @@ TEST(BoxContact, EdgeOnAFaceHasTwoPoints) {
 TEST(BoxContact, CornerOnAFaceHasOnePoint) {
   Box a = box(Vec::Zero(), turned(0.5, 0.4, 0.7));
   a.centre = Vec(2.0, 0.3, 1.6) - farthest(a, -Vec::UnitZ());
-  const BoxManifold m = press(a, box(Vec::Zero()));
+  const BodyManifold m = press(a, box(Vec::Zero()));
   EXPECT_EQ(m.axis, 5);
   EXPECT_EQ(m.normal, Vec(0.0, 0.0, 1.0));
   expect_points(m, {{2.0, 0.3, 1.65}}, 0.1);
@@ -171,7 +171,7 @@ TEST(BoxContact, CrossedEdgesHaveOnePoint) {
   const Box b = box({0.0, 0.2, 0.0}, turned(0.25 * test::kPi, 0.0, 0.0), half);
   Box a = box(Vec::Zero(), turned(0.0, 0.0, 1.1) * turned(0.25 * test::kPi, 0.0, 0.0), half);
   a.centre = Vec(3.0, 0.2, 2.0 * std::sqrt(2.0) - 0.1) + 2.0 * a.axes.col(0);
-  const BoxManifold m = press(a, b);
+  const BodyManifold m = press(a, b);
   EXPECT_EQ(m.axis, 6);
   EXPECT_NEAR((m.normal - Vec::UnitZ()).norm(), 0.0, 1e-12);
   expect_points(m, {{3.0, 0.2, std::sqrt(2.0) - 0.05}}, 0.1);
@@ -180,7 +180,7 @@ TEST(BoxContact, CrossedEdgesHaveOnePoint) {
 TEST(BoxContact, OneWithinTheOtherComesOutAtTheNearestFace) {
   const Box a = box({1.2, 0.0, 0.0}, Matrix::Identity(), {0.5, 0.5, 0.5});
   const Box b = box(Vec::Zero(), Matrix::Identity(), {2.0, 3.0, 4.0});
-  const BoxManifold m = press(a, b);
+  const BodyManifold m = press(a, b);
   EXPECT_EQ(m.normal, Vec(1.0, 0.0, 0.0));
   expect_points(m, {{1.35, 0.5, 0.5}, {1.35, -0.5, 0.5}, {1.35, -0.5, -0.5}, {1.35, 0.5, -0.5}}, 1.3);
 }
@@ -194,7 +194,7 @@ TEST(BoxContact, ParallelEdgesPressByTheirFaces) {
   const double depth = 2.0 - (up + aside) / std::sqrt(2.0), width = 2.0 - (up - aside) / std::sqrt(2.0);
   for (const double yaw : {0.0, 1e-15, 1e-10, 1e-7, 1e-6, 1e-5, 1e-4}) {
     const Box a = box({0.0, aside, up}, turned(0.0, 0.0, yaw) * on_edge, half);
-    const BoxManifold m = press(a, box(Vec::Zero(), on_edge, half));
+    const BodyManifold m = press(a, box(Vec::Zero(), on_edge, half));
     ASSERT_GE(m.count, 4) << yaw;
     EXPECT_LT(m.axis, 6) << yaw;
     EXPECT_NEAR(deepest(m), depth, 10.0 * yaw + 1e-12);
@@ -230,7 +230,7 @@ TEST(BoxContact, TouchesOrNotAlongEveryKindOfAxis) {
     EXPECT_EQ(press(a, b).axis, -1) << axis;
     a.centre -= 2e-6 * n;
     if (axis >= 6 && least_overlap(a, b, 6) < 0.011) continue;  // a face would do as well
-    const BoxManifold m = press(a, b);
+    const BodyManifold m = press(a, b);
     ASSERT_EQ(m.count, 1) << axis;
     EXPECT_EQ(m.axis, axis);
     EXPECT_NEAR(m.depth[0], 1e-6, 1e-12);
@@ -256,7 +256,7 @@ TEST(BoxContact, EndsThatMeetTurnThroughZeroSmoothly) {
     const double yaw = 1e-4 * i;
     const Matrix axes = turned(0.0, 0.3 * yaw, yaw);
     const Box a = box(Vec(8.9, 0.4, 0.3) + 9.0 * axes.col(0), axes);
-    const BoxManifold m = press(a, box(Vec::Zero()), axis);
+    const BodyManifold m = press(a, box(Vec::Zero()), axis);
     ASSERT_EQ(m.count, 4) << yaw;
     const double volume = area(m) * 0.25 * std::accumulate(m.depth.begin(), m.depth.begin() + 4, 0.0);
     if (i > -300) {
@@ -278,7 +278,7 @@ TEST(BoxContact, EndsThatSwingFarHandOverOnceAndByFewDegrees) {
   Vec before = Vec::UnitX();
   for (int i = -1000; i <= 1000; ++i) {
     const Matrix axes = turned(0.0, 0.0, 1e-4 * i);
-    const BoxManifold m = press(box(Vec(8.9, 0.0, 0.0) + 9.0 * axes.col(0), axes), box(Vec::Zero()), axis);
+    const BodyManifold m = press(box(Vec(8.9, 0.0, 0.0) + 9.0 * axes.col(0), axes), box(Vec::Zero()), axis);
     ASSERT_GE(m.count, 2) << i;
     ASSERT_EQ(m.axis % 3, 0) << i;
     if (m.axis != axis) ++changes;
@@ -316,7 +316,7 @@ TEST(BoxContact, AFaceIsKeptUntilAnotherIsBetterByMoreThanTheSlack) {
 }
 
 /// Where the points pull on average, by their depths.
-Vec centre_of(const BoxManifold& m) {
+Vec centre_of(const BodyManifold& m) {
   Vec moment = Vec::Zero();
   double sum = 0.0;
   for (std::size_t k = 0; k < static_cast<std::size_t>(m.count); ++k) {
@@ -337,7 +337,7 @@ TEST(BoxContact, EndsSetOffSidewaysTouchOnAllTheyShare) {
         const double t = 0.002 * i;
         const Matrix axes = turned(0.1 * std::sin(2.3 * t), 0.07 * std::sin(1.7 * t), 0.1 * std::sin(2.0 * t));
         const Box a = box(Vec(9.0 - depth, sideways, 0.4) + 9.0 * axes.col(0), axes);
-        const BoxManifold m = press(a, b, axis);
+        const BodyManifold m = press(a, b, axis);
         ASSERT_GE(m.count, 2) << t;
         ASSERT_EQ(m.axis % 3, 0) << t;
         if (least_overlap(a, b) < least_overlap(a, b, 6) - 0.025) {
@@ -372,7 +372,7 @@ TEST(BoxContact, ACrossingAtARimTurnsIntoALineAndACorner) {
   int axis = -1, changes = 0;
   Vec before = centre_of(press(across(0.4), b));
   for (int i = 4000; i >= -3000; --i) {
-    const BoxManifold m = press(across(1e-4 * i), b, axis);
+    const BodyManifold m = press(across(1e-4 * i), b, axis);
     if (axis >= 0 && m.axis != axis) ++changes;
     if (m.axis >= 6) {
       ASSERT_GT(i, 980);  // the inner end is above b
@@ -426,7 +426,7 @@ TEST(BoxContact, NamesChangedOverGivesTheOppositeBitByBit) {
     const int other = previous < 0   ? -1
                       : previous < 6 ? (previous + 3) % 6
                                      : 6 + 3 * (previous % 3) + (previous - 6) / 3;
-    const BoxManifold m = press(a, b, previous), w = press(b, a, other);
+    const BodyManifold m = press(a, b, previous), w = press(b, a, other);
     ASSERT_EQ(m.count, w.count);
     if (m.count == 0) continue;
     ++touching;
@@ -449,10 +449,10 @@ TEST(BoxContact, TheWholeSceneMovedAndTurnedGivesTheSame) {
   int touching = 0;
   for (int i = 0; i < 20000; ++i) {
     const Box a = random_box(random), b = random_box(random);
-    const BoxManifold m = press(a, b);
+    const BodyManifold m = press(a, b);
     const Matrix turn = random_axes(random);
     const Vec shift = random_vector(random, 1000.0);
-    const BoxManifold w =
+    const BodyManifold w =
         press({turn * a.centre + shift, turn * a.axes, a.half}, {turn * b.centre + shift, turn * b.axes, b.half});
     ASSERT_EQ(m.count, w.count) << i;
     ASSERT_EQ(m.axis, w.axis) << i;
@@ -485,7 +485,7 @@ TEST(BoxContact, AgreesWithBruteForce) {
     // Without a memory, and with each that makes a difference.
     for (int previous = -1; previous < 15; ++previous) {
       if (previous >= 0 && overlap(a, b, previous) > slack) continue;
-      const BoxManifold m = press(a, b, previous);
+      const BodyManifold m = press(a, b, previous);
       ASSERT_GT(m.count, 0) << i;
       if (previous < 0) (m.axis < 6 ? faces : edges) += 1;
       if (previous >= 0 && m.axis == previous && overlap(a, b, previous) > least + 1e-9) ++remembered;

@@ -114,6 +114,29 @@ TEST(CarShape, ReachesFromItsOwnFloorToItsOwnRoof) {
   }
 }
 
+TEST(CarShape, OfACylinderIsAsRoundAsTheBodyThatTouches) {
+  for (const char* body : {"tank_car", "hopper"}) {
+    model::Car car = kCar;
+    car.body = body;
+    car.cylinder = true;
+    car.floor_height = 1.0;
+    car.roof_height = 1.2 + car.width;  // higher than wide
+    const CarShape shape = car_shape(car);
+    const double radius = 0.5 * car.width, middle = 1.1 + radius, half = 0.5 * car.length - radius;
+    double reach = 0.0;
+    int on_heads = 0;
+    for (const Point& p : shape.body) {
+      const double beyond = std::max(std::abs(p.x) - half, 0.0);
+      EXPECT_NEAR(std::hypot(beyond, std::hypot(p.y, p.z - middle)), radius, 1e-9) << body;
+      reach = std::max(reach, std::abs(p.x));
+      if (beyond > 0.1 * radius && beyond < 0.9 * radius) ++on_heads;
+    }
+    EXPECT_NEAR(reach, 0.5 * car.length, 1e-9);
+    EXPECT_GT(on_heads, 20) << "heads are domes";
+    EXPECT_NEAR(shape.top, middle + radius, 0.05);
+  }
+}
+
 // ---- Track ------------------------------------------------------------------------------------------------------
 
 inputs::Scenario hill() {

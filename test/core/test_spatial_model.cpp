@@ -479,6 +479,7 @@ TEST_P(OnASlope, ACylinderRollsDownAtTwoThirdsOfGSine) {
   s.terrain.crown = 1.0;
   s.terrain.bank_slope = 0.3;
   s.terrain.body_friction = 0.6;
+  s.terrain.rolling_resistance = 0.0;
   inputs::CarBlock& tank = s.consist[0];
   const double mass = tank.weight / kGravity, radius = 1.5;
   tank.width = 2.0 * radius;
@@ -510,6 +511,60 @@ TEST_P(OnASlope, ACylinderRollsDownAtTwoThirdsOfGSine) {
     Train box(s, {at(centre, turned(M_PI - angle, Vector3d::UnitX()))});
     box.to(3.0);
     EXPECT_LT(box.car(0).velocity.norm(), 0.1) << "lies on its roof";
+  }
+}
+
+/// Tanks whose axis goes through the centre of mass, so that they can roll about it.
+void make_tanks(inputs::Scenario& s) {
+  for (inputs::CarBlock& block : s.consist) {
+    block.shape = inputs::BodyShape::cylinder;
+    block.width = 3.0;
+    block.floor_height = 1.0;
+    block.roof_height = 4.0;
+    block.centre_height = 2.5;
+  }
+}
+
+TEST(OffTheRails, ARollingTankSlowsDownAndStops) {
+  inputs::Scenario s = spatial(1);
+  make_tanks(s);
+  s.terrain.rolling_resistance = 0.1;
+  const double mass = s.consist[0].weight / kGravity, radius = 1.5, hollow = 0.8, speed = 3.0;
+  s.consist[0].roll_inertia = hollow * mass * radius * radius;
+  // On its roof, so that its trucks hang and part from it.
+  const double sink = s.consist[0].weight / (3.0 * s.terrain.body_stiffness);
+  const Vector3d centre(100.0, 20.0, radius - sink - s.terrain.rail_height);
+  for (const double way : {1.0, -1.0}) {
+    Train train(
+        s, {at(centre, turned(M_PI, Vector3d::UnitX()), {0.0, way * speed, 0.0}, {-way * speed / radius, 0.0, 0.0})});
+    train.to(1.0);
+    const double before = train.car(0).velocity.y();
+    train.to(2.0);
+    const double slowing = 0.1 * kGravity / (1.0 + hollow);
+    EXPECT_NEAR((before - train.car(0).velocity.y()) * way / slowing, 1.0, 0.02);
+    train.to(16.0);
+    const Vector3d end = train.car(0).centre;
+    EXPECT_NEAR((end.y() - 20.0) * way, 0.5 * speed * speed / slowing, 0.5);
+    EXPECT_LT(train.car(0).velocity.norm(), 1e-3);
+    train.to(18.0);
+    EXPECT_LT((train.car(0).centre - end).norm(), 1e-3);
+  }
+}
+
+TEST(OffTheRails, ATankRestsOnWhatIsLessSteepThanItsRollingResistance) {
+  for (const double share : {0.9, 1.1}) {
+    inputs::Scenario s = spatial(1);
+    make_tanks(s);
+    s.terrain.rest_speed = 0.0;
+    s.terrain.bank_left = 60.0;
+    s.terrain.crown = 1.0;
+    s.terrain.bank_slope = std::tan(std::asin(share * s.terrain.rolling_resistance));
+    const double angle = std::atan(s.terrain.bank_slope), left = 20.0;
+    const double under = -s.terrain.rail_height - s.terrain.bank_slope * (left - 1.0);
+    Train train(s, {at({100.0, left, under + 1.5 / std::cos(angle)}, turned(M_PI - angle, Vector3d::UnitX()))});
+    train.to(15.0);
+    if (share < 1.0) EXPECT_LT(train.car(0).velocity.norm(), 1e-3);
+    else EXPECT_GT(train.car(0).velocity.norm(), 0.3);
   }
 }
 
@@ -847,20 +902,47 @@ TEST(SpatialMomentum, OfACoupler) {
   EXPECT_GT((train.car(0).velocity - before).norm(), 0.1);
 }
 
-TEST(SpatialMomentum, OfAContact) {
+/// Two cars that only contact acts on, and weight.
+inputs::Scenario loose_cars(double step) {
   inputs::Scenario s = test::accident(2);
   s.model = inputs::Model::spatial;
-  s.solver.fixed_step = 1e-3;
+  s.solver.fixed_step = step;
   s.coupler = spatial(2).coupler;
+  return s;
+}
+/// Two cars in the air whose bodies go into each other.
+std::vector<SpatialMotion> colliding() {
   const Matrix3d lead = turned(0.3, {0.2, 0.4, 1.0}), trail = turned(-0.9, {1.0, 0.3, 0.5});
-  Train train(s, {at(kAloft, lead, {0.0, 0.0, 2.0}, {0.3, 0.1, -0.2}),
-                  at(kAloft + Vector3d(2.0, 0.5, 2.4), trail, {1.0, 2.0, -3.0}, {-0.2, 0.2, 0.1})});
+  return {at(kAloft, lead, {0.0, 0.0, 2.0}, {0.3, 0.1, -0.2}),
+          at(kAloft + Vector3d(2.0, 0.5, 2.4), trail, {1.0, 2.0, -3.0}, {-0.2, 0.2, 0.1})};
+}
+
+TEST(SpatialMomentum, OfAContact) {
+  Train train(loose_cars(1e-3), colliding());
   const Vector3d before = train.car(0).velocity;
   expect_momentum_kept(train);
   EXPECT_EQ(train.incidents().impacts.size(), 1U);
   EXPECT_GT((train.car(0).velocity - before).norm(), 0.2);
   EXPECT_GT(train.energy().work_impact_friction, 1e3);
   EXPECT_GT(train.car(1).body_rates.norm(), 0.3);
+}
+
+TEST(SpatialMomentum, OfTanks) {
+  for (const bool both : {true, false}) {
+    for (const bool swapped : {false, true}) {
+      inputs::Scenario s = loose_cars(1e-3);
+      s.consist[0].count = 1;
+      s.consist.resize(2, s.consist[0]);
+      s.consist[swapped ? 1 : 0].shape = inputs::BodyShape::cylinder;
+      if (both) s.consist[swapped ? 0 : 1].shape = inputs::BodyShape::cylinder;
+      Train train(s, colliding());
+      const Vector3d before = train.car(0).velocity;
+      expect_momentum_kept(train);
+      EXPECT_EQ(train.incidents().impacts.size(), 1U);
+      EXPECT_GT((train.car(0).velocity - before).norm(), 0.2);
+      EXPECT_GT(train.energy().work_impact_friction, 1e3);
+    }
+  }
 }
 
 TEST(SpatialImpact, NamesTheFacesAndTheHeight) {
@@ -920,11 +1002,177 @@ TEST(SpatialImpact, SidesAreCrushedBelowTheForceOfEnds) {
   }
 }
 
+/// Two tanks, or a tank and a box, in the air, that meet.
+inputs::Scenario tanks(double step = 1e-3) {
+  inputs::Scenario s = loose_cars(step);
+  make_tanks(s);
+  return s;
+}
+double impact_time(const inputs::Scenario& s, const std::vector<SpatialMotion>& cars) {
+  Train train(s, cars);
+  while (train.incidents().impacts.empty() && train.time() < 2.0) train.step();
+  return train.incidents().impacts.empty() ? kInfinity : train.incidents().impacts[0].time;
+}
+
+TEST(SpatialTanks, MeetHeadOnAtTheForceOfBoxes) {
+  for (const auto shape : {inputs::BodyShape::box, inputs::BodyShape::cylinder}) {
+    inputs::Scenario s = tanks(2e-4);
+    s.consist[0].shape = shape;
+    s.contact.crush_force = 4e6;
+    s.contact.side_crush_force = 1.5e6;
+    const double reach = model::expand(s.consist)[0].length + 0.01;
+    Train train(s, {at(kAloft), at(kAloft + Vector3d(reach, 0.0, 0.0), Matrix3d::Identity(), {-6.0, 0.0, 0.0})});
+    train.to(0.3);
+    ASSERT_EQ(train.incidents().impacts.size(), 1U);
+    const model::Impact& hit = train.incidents().impacts[0];
+    EXPECT_NEAR(hit.peak_force / 4e6, 1.0, 2e-3);
+    EXPECT_EQ(hit.face_a, model::Face::front);
+    EXPECT_EQ(hit.face_b, model::Face::rear);
+    EXPECT_NEAR(hit.closing_speed_normal, 6.0, 0.01);
+    if (shape == inputs::BodyShape::cylinder) EXPECT_NEAR(hit.z, kAloft.z(), 0.05);
+    EXPECT_LT(train.car(1).body_rates.norm(), 1e-9);
+  }
+}
+
+TEST(SpatialTanks, TouchSideBySideAtTheSumOfTheirRadii) {
+  // 3.5 m beside each other, closing by 2 m/s: after 0.25 s, however far they have rolled; boxes on edge do so sooner.
+  inputs::Scenario s = tanks();
+  for (const double roll : {0.0, 0.25 * test::kPi, 1.0}) {
+    const Matrix3d axes = turned(roll, Vector3d::UnitX());
+    const std::vector<SpatialMotion> cars{at(kAloft, axes),
+                                          at(kAloft + Vector3d(1.0, 3.5, 0.0), Matrix3d::Identity(), {0.0, -2.0, 0.0})};
+    EXPECT_NEAR(impact_time(s, cars), 0.25, 2e-3) << roll;
+  }
+  s.consist[0].shape = inputs::BodyShape::box;
+  EXPECT_LT(impact_time(s, {at(kAloft, turned(0.25 * test::kPi, Vector3d::UnitX())),
+                            at(kAloft + Vector3d(1.0, 3.5, 0.0), Matrix3d::Identity(), {0.0, -2.0, 0.0})}),
+            0.02);
+}
+
+TEST(SpatialTanks, RolledOverTheyMoveAsNotRolled) {
+  for (const bool with_box : {false, true}) {
+    inputs::Scenario s = tanks();
+    s.consist[0].count = 1;
+    s.consist.resize(2, s.consist[0]);
+    if (with_box) s.consist[1].shape = inputs::BodyShape::box;
+    const auto run = [&](double roll) {
+      std::vector<SpatialMotion> cars = colliding();
+      const Vector3d rotation = cars[0].rotation;
+      cars[0].axes = cars[0].axes * turned(roll, Vector3d::UnitX());
+      cars[0].body_rates = cars[0].axes.transpose() * rotation;
+      Train train(s, cars);
+      train.to(0.5);
+      EXPECT_EQ(train.incidents().impacts.size(), 1U);
+      return std::pair(train.car(0), train.car(1));
+    };
+    const auto straight = run(0.0), rolled = run(0.25 * test::kPi);
+    EXPECT_GT((straight.first.velocity - colliding()[0].velocity).head<2>().norm(), 0.2);
+    EXPECT_LT((straight.first.centre - rolled.first.centre).norm(), 1e-8);
+    EXPECT_LT((straight.first.rotation - rolled.first.rotation).norm(), 1e-8);
+    EXPECT_LT((straight.second.centre - rolled.second.centre).norm(), 1e-8);
+    EXPECT_LT((straight.second.axes - rolled.second.axes).norm(), 1e-8);
+  }
+}
+
+TEST(SpatialTanks, GainNoEnergyInATouch) {
+  // They keep nothing for the way back, but where they part more slowly than by what one of them would fall in ten
+  // steps: the force goes over from loading to unloading there.
+  test::Random random(3);
+  inputs::Scenario s = tanks();
+  s.contact.restitution = 0.0;
+  s.contact.crush_force = 4e6;
+  s.consist[0].count = 1;
+  s.consist.resize(2, s.consist[0]);
+  const auto three = [&](double size) {
+    return Vector3d(random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size));
+  };
+  int hits = 0;
+  for (int i = 0; i < 60; ++i) {
+    s.consist[1].shape = i % 3 == 2 ? inputs::BodyShape::box : inputs::BodyShape::cylinder;
+    s.contact.friction = i % 2 == 0 ? 0.35 : 0.0;
+    const Vector3d towards = three(1.0).normalized();
+    Train train(
+        s, {at(kAloft, turned(random.uniform(-1.5, 1.5), three(1.0)), Vector3d::Zero(), three(0.3)),
+            at(kAloft + 10.0 * towards, turned(random.uniform(-1.5, 1.5), three(1.0)), -12.0 * towards, three(0.3))});
+    const auto energy = [&] { return train.energy().kinetic() + train.energy().height; };
+    const double first = energy(), kinetic = train.energy().kinetic();
+    double least = first, gained = 0.0;
+    train.to(0.6, [&] {
+      gained = std::max(gained, (energy() - least) / kinetic);
+      least = std::min(least, energy());
+    });
+    EXPECT_LT(gained, 1e-3) << i;
+    if (train.incidents().impacts.empty()) continue;
+    ++hits;
+    EXPECT_GT((first - least) / kinetic, 0.01) << i;
+  }
+  EXPECT_GT(hits, 30);
+}
+
+TEST(SpatialTanks, NameTheFacesAndTheHeight) {
+  using model::Face;
+  const inputs::Scenario s = tanks();
+  struct Case {
+    Vector3d towards;  // the second tank, seen from the first
+    Face a, b;
+  };
+  for (const Case& c : std::vector<Case>{{{0.0, 0.0, 1.0}, Face::top, Face::bottom},
+                                         {{0.0, 0.6, 0.8}, Face::top, Face::bottom},
+                                         {{0.0, 0.8, 0.6}, Face::left, Face::right},
+                                         {{0.0, -1.0, 0.0}, Face::right, Face::left}}) {
+    Train train(s, {at(kAloft), at(kAloft + 3.01 * c.towards, Matrix3d::Identity(), -c.towards)});
+    train.to(0.05);
+    ASSERT_EQ(train.incidents().impacts.size(), 1U);
+    const model::Impact& hit = train.incidents().impacts[0];
+    EXPECT_EQ(hit.face_a, c.a) << c.towards.transpose();
+    EXPECT_EQ(hit.face_b, c.b);
+    EXPECT_NEAR(hit.z, kAloft.z() + 1.5 * c.towards.z(), 0.03);
+  }
+  // Heads set aside by 1.8 and by 2.4 m: they look by 37 and by 53 degrees aside where they touch.
+  const double heads = model::expand(s.consist)[0].length - 3.0;
+  for (const double aside : {1.8, 2.4}) {
+    const Vector3d apart(heads + std::sqrt(9.02 - aside * aside), aside, 0.0);
+    Train train(s, {at(kAloft), at(kAloft + apart, Matrix3d::Identity(), {-1.0, 0.0, 0.0})});
+    train.to(0.05);
+    ASSERT_EQ(train.incidents().impacts.size(), 1U);
+    EXPECT_EQ(train.incidents().impacts[0].face_a, aside < 2.0 ? Face::front : Face::left);
+    EXPECT_EQ(train.incidents().impacts[0].face_b, aside < 2.0 ? Face::rear : Face::right);
+  }
+}
+
+TEST(SpatialTanks, AHeapOfTanksComesToRest) {
+  // Two lie beside each other, a third in the hollow between them.
+  inputs::Scenario s = spatial(3, 2e-3);
+  s.contact.law = inputs::ContactLaw::elastic;
+  s.coupler.break_draft = 1e-4;
+  make_tanks(s);
+  const double up = 1.5 - s.terrain.rail_height;
+  const Matrix3d over = turned(M_PI, Vector3d::UnitX());
+  Train train(s, {at({200.0, 20.0, up}, over), at({200.0, 23.2, up}, over), at({198.0, 21.5, up + 2.8}, over)});
+  train.to(20.0);
+  EXPECT_LT(train.energy().kinetic(), 1e-6);
+  EXPECT_GT(train.car(2).centre.z(), up + 1.0) << "it lies on them";
+  const Vector3d axis = train.car(0).axes.col(0);
+  const auto apart = [&](Eigen::Index k) {
+    const Vector3d d = train.car(2).centre - train.car(k).centre;
+    return (d - d.dot(axis) * axis).norm();
+  };
+  EXPECT_NEAR(apart(0), 3.0, 0.15);
+  EXPECT_NEAR(apart(1), 3.0, 0.15);
+}
+
 // Whole runs
 
 TEST(SpatialRun, EnergyIsAccountedFor) {
-  for (const auto& [step, hilly] : {std::pair(2e-3, false), std::pair(5e-4, false), std::pair(2e-3, true)}) {
-    simulation::Simulation sim(everything(30, step, hilly));
+  struct Case {
+    double step;
+    bool hilly, round;
+  };
+  for (const auto& [step, hilly, round] :
+       {Case{2e-3, false, false}, {5e-4, false, false}, {2e-3, true, false}, {2e-3, false, true}}) {
+    inputs::Scenario s = everything(30, step, hilly);
+    if (round) s.consist.back().shape = inputs::BodyShape::cylinder;
+    simulation::Simulation sim(s);
     sim.run();
     const outcome::Outcome o = sim.outcome();
     EXPECT_EQ(o.ended, outcome::Ended::at_rest) << step << ' ' << o.energy.kinetic();
@@ -1066,8 +1314,9 @@ TEST(SpatialRest, AHeldCarThatIsRestoredWakesAsItWouldHave) {
   for (Eigen::Index k = 0; k < 2; ++k) EXPECT_EQ(whole.car(k).centre, resumed.car(k).centre) << k;
 }
 
-TEST(SpatialRun, MirroredIsTheMirrorImage) {
+void expect_mirror_image(inputs::BodyShape shape, double time) {
   inputs::Scenario s = test::accident(12);
+  s.consist.back().shape = shape;
   s.model = inputs::Model::spatial;
   s.initial.perturbation.kick = s.initial.perturbation.alignment = 0.0;
   s.terrain.bank_left = 2.0;
@@ -1078,8 +1327,8 @@ TEST(SpatialRun, MirroredIsTheMirrorImage) {
   std::swap(m.terrain.bank_left, m.terrain.bank_right);
   m.track.curves[0].curvature *= -1.0;
   Train train(s), mirrored(m);
-  train.to(5.0);
-  mirrored.to(5.0);
+  train.to(time);
+  mirrored.to(time);
   double turned_most = 0.0;
   for (Eigen::Index k = 0; k < 12; ++k) {
     const SpatialMotion a = train.car(k), b = mirrored.car(k);
@@ -1092,9 +1341,13 @@ TEST(SpatialRun, MirroredIsTheMirrorImage) {
   EXPECT_GT(turned_most, 0.02);
 }
 
-TEST(SpatialRun, MovedAndTurnedIsTheSame) {
+TEST(SpatialRun, MirroredIsTheMirrorImage) { expect_mirror_image(inputs::BodyShape::box, 5.0); }
+TEST(SpatialRun, MirroredIsTheMirrorImageWithTanks) { expect_mirror_image(inputs::BodyShape::cylinder, 6.5); }
+
+void expect_the_same_elsewhere(inputs::BodyShape shape) {
   // Off the rails on level ground, where no place differs from another.
   inputs::Scenario s = test::accident(3);
+  s.consist.back().shape = shape;
   s.model = inputs::Model::spatial;
   s.ground.off_track_law = inputs::OffTrackLaw::coulomb;
   s.initial.perturbation = {};
@@ -1120,6 +1373,9 @@ TEST(SpatialRun, MovedAndTurnedIsTheSame) {
   }
   EXPECT_GT(here.incidents().impacts.size(), 0U);
 }
+
+TEST(SpatialRun, MovedAndTurnedIsTheSame) { expect_the_same_elsewhere(inputs::BodyShape::box); }
+TEST(SpatialRun, MovedAndTurnedIsTheSameWithTanks) { expect_the_same_elsewhere(inputs::BodyShape::cylinder); }
 
 TEST(SpatialRun, FlatAndStiffMovesAsInThePlane) {
   inputs::Scenario plane = test::accident(15);
@@ -1172,7 +1428,11 @@ TEST(SpatialRun, IsTheSameForEveryInstructionSet) {
 }
 
 TEST(SpatialRun, GoesOnFromACheckpointBitForBit) {
-  const inputs::Scenario s = everything(20, 2e-3);
+  inputs::Scenario s = everything(20, 2e-3);
+  s.consist.back().count -= 8;
+  s.consist.push_back(s.consist.back());
+  s.consist.back().count = 8;
+  s.consist[s.consist.size() - 2].shape = inputs::BodyShape::cylinder;
   simulation::Simulation whole(s);
   // While cars derail, and when brakes and ground hold them.
   for (const double t : {7.0, 22.0}) {

@@ -30,10 +30,11 @@ enum class BrakeSource {
   remote,  ///< a distributed locomotive or an end-of-train device, which opens the pipe when it is told by radio
 };
 
-/// Shape of a body that presses on the ground.
+/// Shape of a body, where it presses on the ground and on other bodies, Model::spatial only.
 enum class BodyShape {
   box,
-  cylinder,  ///< along the car, as wide or as high as the box, whichever is less: a tank, which can roll
+  cylinder,  ///< a tank, which can roll: along the car, as wide or as high as the box, whichever is less, with heads
+             ///< that are half spheres
 };
 
 /// `count` equal cars, one behind the other. The blocks of a consist follow each other from the foremost car back.
@@ -54,7 +55,7 @@ struct CarBlock {
   std::optional<double> roll_inertia;   ///< about the axis along the car through the centre of mass; else that of a box
                                         ///< (of a cylinder for tank_car) [kg m^2]
   std::string coupler_type;             ///< of its couplers, as Coupler::type; "": that
-  BodyShape shape = BodyShape::box;     ///< of the body where it presses on the ground, Model::spatial only
+  BodyShape shape = BodyShape::box;     ///< of the body
   std::optional<double> tank_strength;  ///< speeds of Release for these cars over those of a bare tank; .inf: nothing
                                         ///< to release; else 1 for tank_car, .inf for others [-]
   double brake_share = 1.0;             ///< share of Brakes::force that these cars develop; 0: brakes cut out [-]
@@ -141,6 +142,7 @@ struct Terrain {
   double body_friction = 0.5;                           ///< of a body on the ground [-]
   double body_stiffness = 1.5e6 * kPoundForce / kFoot;  ///< of the ground under a corner of a body [N/m]
   double body_damping_ratio = 0.4;                      ///< of a quarter of the car on it [-]
+  double rolling_resistance = 0.15;                     ///< of a BodyShape::cylinder, by its load and radius [-]
   double transition = 100.0 * kFoot;                    ///< over which one cross-section changes into the next [m]
   std::vector<TerrainSection> sections;                 ///< in the order of their start, without overlap
   TerrainGrid grid;                                     ///< instead of banks and sections

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Geometry>
 
+#include "model/ball_on_ground.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/ground_law.hpp"
@@ -34,6 +36,7 @@ class SpatialBed {
         terrain_(s.terrain),
         usual_(s.terrain),
         grid_(s.terrain.grid),
+        outline_(usual_),
         level_(model::level(s.terrain) && s.track.grades.empty()),
         highest_(model::highest_ground(s.terrain)) {}
 
@@ -71,6 +74,43 @@ class SpatialBed {
     const Track::Node node = track.at(s);
     return ground_at({node.point.x() - left * node.tangent.y(), node.point.y() + left * node.tangent.x(), 0.0}, s,
                      node);
+  }
+  /// Calls what(place, up, depth, number) for each touch of a ball whose centre is near arc length s_near, as
+  /// ball_on_ground finds them: where it presses, along what (height 1), and how deep [m].
+  template <class What>
+  void touches_of_ball(const Eigen::Vector3d& centre, double radius, double s_near, const What& what) const {
+    if (level_) {
+      const double depth = radius - terrain_.rail_height - centre.z();
+      if (depth > 0.0) what(centre - radius * Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ(), depth, 0);
+      return;
+    }
+    if (!grid_.empty()) {
+      // Smooth but for its cells: where the ground looks to the centre is found in few steps.
+      Eigen::Vector3d place = centre;
+      Under under{};
+      for (int i = 0; i < 4; ++i) {
+        under = ground(place, s_near);
+        place = centre - radius * under.up.normalized();
+      }
+      const double depth = ground(place, s_near).z - place.z();
+      if (depth > 0.0) what(place, under.up, depth, 0);
+      return;
+    }
+    const double s = track.foot({centre.x(), centre.y()}, s_near);
+    const Track::Node node = track.at(s);
+    const TrackProfile::Place along = profile.at(s);
+    const double offset = offset_of(centre, node), height = centre.z() - along.bed;
+    const BallTouches found = terrain_.sections.empty()
+                                  ? ball_on_ground(outline_, offset, height, radius)
+                                  : ball_on_ground(GroundOutline(cross_section(terrain_, s)), offset, height, radius);
+    for (std::size_t i = 0; i < found.count; ++i) {
+      const BallTouch& t = found.at[i];
+      double rise = along.grade;
+      if (!terrain_.sections.empty()) rise += change_along(s, offset - radius * t.aside);
+      const Eigen::Vector3d up(-t.aside * node.tangent.y() / t.up - rise * node.tangent.x(),
+                               t.aside * node.tangent.x() / t.up - rise * node.tangent.y(), 1.0);
+      what(centre - radius * up.normalized(), up, t.depth, t.number);
+    }
   }
   /// No ground within `reach` of the track's place at s is higher.
   double highest_ground(double s, double reach) const {
@@ -142,6 +182,7 @@ class SpatialBed {
   const inputs::Terrain& terrain_;
   const CrossSection usual_;
   const HeightGrid grid_;
+  const GroundOutline outline_;
   const bool level_;
   const double highest_;  // where the track is level
 };

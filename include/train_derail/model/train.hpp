@@ -23,7 +23,7 @@ struct Car {
   double floor_height = 0.0;   ///< of the underside of the body above the rail [m]
   double roof_height = 0.0;    ///< of its top [m]
   std::string coupler_type{};  ///< inputs::CarBlock::coupler_type
-  bool cylinder = false;       ///< the body presses on the ground as a cylinder, not as a box
+  bool cylinder = false;       ///< the body is a cylinder with domed heads, not a box
   double roll_inertia = 0.0;   ///< about the axis along the car through the centre of mass [kg m^2]
 
   bool operator==(const Car& other) const {
