@@ -406,11 +406,12 @@ TEST_F(StudyTest, TheBaseScenarioCanBeChangedFromOutside) {
 TEST(Studies, ThoseThatShipAreValid) {
   int count = 0;
   for (const auto& entry : fs::directory_iterator(kSource + "/config/studies")) {
+    if (entry.path().filename() == "freight.yaml") continue;  // names other studies by cause: test_plan
     const study::Study s = study::read_study_file(entry.path().string());
     EXPECT_GT(study::points(s).size(), 1u) << entry.path();
     ++count;
   }
-  EXPECT_GE(count, 4);
+  EXPECT_GE(count, 20);
 }
 
 }  // namespace
