@@ -83,9 +83,10 @@ TEST(BallOnGround, TouchesWhereItIsDeeperThanAround) {
       ASSERT_GT(touch.up, 0.0);
       const double here = -radius * touch.aside;
       ASSERT_NEAR(touch.depth, depth_at(t, offset, height, radius, here), 1e-9) << i;
-      for (const double by : {-1e-5, 1e-5})
-        if (std::abs(here + by) < radius)
-          ASSERT_LT(depth_at(t, offset, height, radius, here + by), touch.depth + 1e-9) << i;
+      for (const double by : {-1e-5, 1e-5}) {
+        if (std::abs(here + by) >= radius) continue;
+        ASSERT_LT(depth_at(t, offset, height, radius, here + by), touch.depth + 1e-9) << i;
+      }
       deepest = std::max(deepest, touch.depth);
       edges += touch.number % 2 == 1 ? 1 : 0;
     }
