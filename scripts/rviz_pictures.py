@@ -17,14 +17,15 @@ import time
 import rospkg
 import yaml
 
-# file, scenario, simulated time [s], saved view, cut to the scene alone
+# file, scenario, simulated time [s], saved view, cut to the scene alone, what the colours of cars say
 PICTURES = [
-    ('wreck.png', 'config/mixed_train.yaml', 12.0, 'wreck', False),
-    ('accident.png', 'config/accident.yaml', 25.0, 'wreck', True),
-    ('pile_up_above.png', 'config/accident.yaml', 25.0, 'pile-up from above', True),
-    ('dads20.png', 'config/dads20.yaml', 16.0, 'wreck', True),
-    ('accident3d.png', 'config/accident3d.yaml', 40.0, 'wreck', True),
-    ('panel.png', 'config/mixed_train.yaml', 8.5, 'whole train', False),
+    ('wreck.png', 'config/mixed_train.yaml', 12.0, 'wreck', False, 'cause'),
+    ('accident.png', 'config/accident.yaml', 25.0, 'wreck', True, 'cause'),
+    ('pile_up_above.png', 'config/accident.yaml', 25.0, 'pile-up from above', True, 'cause'),
+    ('dads20.png', 'config/dads20.yaml', 16.0, 'wreck', True, 'cause'),
+    ('accident3d.png', 'config/accident3d.yaml', 39.0, 'wreck', True, 'cause'),
+    ('posture.png', 'config/accident3d.yaml', 39.0, 'wreck', True, 'posture'),
+    ('panel.png', 'config/mixed_train.yaml', 8.5, 'whole train', False, 'cause'),
 ]
 SIZE = (1366, 768)
 SCENE = '1334x676+16+62'  # of a window of that size without its panel
@@ -90,11 +91,12 @@ def with_view(package, name, folder, scene_alone):
 
 
 def make(desk, package, folder, picture, into):
-    name, scenario, seconds, view, scene_alone = picture
+    name, scenario, seconds, view, scene_alone, colours = picture
     path = os.path.join(package, scenario)
     desk.run('rosparam', 'load', path, '/train_derail/scenario')
     desk.run('rosparam', 'set', '/train_derail/scenario_file', path)
     desk.run('rosparam', 'set', '/train_derail/start_paused', 'true')
+    desk.run('rosparam', 'set', '/train_derail/publish/colours', colours)
     desk.run('rosparam', 'set', '/use_sim_time', 'true')
     node = desk.start('rosrun', 'train_derail', 'train_derail_node', '__name:=train_derail')
     services = ['rosservice', 'list', '/train_derail']
