@@ -66,14 +66,14 @@ Heights heights_of(const TerrainArguments& a, const inputs::Scenario& base) {
   };
   const int along = steps("--along", a.along), across = steps("--across", a.across);
   const double heading = heading_of(a, base), east = std::sin(heading), north = std::cos(heading);
-  const tracks::Plane plane(place->first, place->second);
-  std::vector<std::pair<double, double>> places{*place};
+  std::vector<tracks::PlanePoint> points{{0.0, 0.0, {}}};
   for (int i = -along; i <= along; ++i) {
     for (int j = -across; j <= across; ++j) {
       const double x = i * spacing, y = j * spacing;
-      places.push_back(plane.on_globe(x * east - y * north, x * north + y * east));
+      points.push_back({x * east - y * north, x * north + y * east, {}});
     }
   }
+  const std::vector<std::pair<double, double>> places = tracks::Plane(place->first, place->second).on_globe(points);
   const std::vector<double> heights = tracks::read_heights(a.file, a.system, places);
   for (std::size_t i = 0; i < heights.size(); ++i) {
     if (!std::isfinite(heights[i]))

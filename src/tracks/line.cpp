@@ -241,11 +241,19 @@ std::vector<PlanePoint> Plane::flat(const std::vector<LinePoint>& points) const 
   return flat;
 }
 
-std::pair<double, double> Plane::on_globe(double x, double y) const {
-  std::vector<double> longitude{x}, latitude{y};
+std::pair<double, double> Plane::on_globe(double x, double y) const { return on_globe({PlanePoint{x, y, {}}}).front(); }
+
+std::vector<std::pair<double, double>> Plane::on_globe(const std::vector<PlanePoint>& points) const {
+  std::vector<double> longitude, latitude;
+  for (const PlanePoint& p : points) {
+    longitude.push_back(p.x);
+    latitude.push_back(p.y);
+  }
   static const auto project = load<Project>(kProject);
   project(longitude_, latitude_, true, longitude, latitude);
-  return {longitude.front(), latitude.front()};
+  std::vector<std::pair<double, double>> places;
+  for (std::size_t i = 0; i < points.size(); ++i) places.emplace_back(longitude[i], latitude[i]);
+  return places;
 }
 
 }  // namespace train_derail::tracks
