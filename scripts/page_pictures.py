@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 """Makes docs/pictures/replay_page.png and report_page.png anew, in Debian's chromium: the page of config/accident.yaml, and the
-report of config/studies/paper_sensitivity.yaml.
+report of config/studies/paper_sensitivity.yaml. And notebook.png: the last picture that docs/notebooks/first_run.ipynb holds.
 
   page_pictures.py path/to/derail [FOLDER]
 """
 
+import base64
+import json
 import os
 import subprocess
 import sys
@@ -18,7 +20,16 @@ from selenium.webdriver.common.action_chains import ActionChains  # noqa: E402
 from browser_testing import open_browser, open_page, wait  # noqa: E402
 
 
+def last_picture(notebook):
+    with open(notebook, encoding='utf-8') as file:
+        cells = json.load(file)['cells']
+    pictures = [o['data']['image/png'] for cell in cells for o in cell.get('outputs', []) if 'image/png' in o.get('data', {})]
+    return base64.b64decode(pictures[-1])
+
+
 def main(program, folder=os.path.join(HERE, '..', 'docs', 'pictures')):
+    with open(os.path.join(folder, 'notebook.png'), 'wb') as file:
+        file.write(last_picture(os.path.join(HERE, '..', 'docs', 'notebooks', 'first_run.ipynb')))
     with tempfile.TemporaryDirectory() as work:
         page = os.path.join(work, 'replay.html')
         scenario = os.path.join(HERE, '..', 'config', 'accident.yaml')
