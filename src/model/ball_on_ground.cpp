@@ -1,4 +1,4 @@
-#include "model/ball_on_ground.hpp"
+#include "train_derail/model/ball_on_ground.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -117,4 +117,20 @@ inline Eigen::Matrix3d turned(double angle, const Eigen::Vector3d& axis) {
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
+inline constexpr double kGravity = inputs::kStandardGravity;
+
+/// Far ahead of the point of derailment, where trucks are off the rails, and high above the ground: only weight acts.
+inline const Eigen::Vector3d kAloft(50.0, 3.0, 60.0);
+
+/// Tanks whose axis goes through the centre of mass, so that they can roll about it.
+inline void make_tanks(inputs::Scenario& s) {
+  for (inputs::CarBlock& block : s.consist) {
+    block.shape = inputs::BodyShape::cylinder;
+    block.width = 3.0;
+    block.floor_height = 1.0;
+    block.roof_height = 4.0;
+    block.centre_height = 2.5;
+  }
+}
+
 }  // namespace train_derail::test

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "fixtures.hpp"
-#include "model/ball_on_ground.hpp"
+#include "train_derail/model/ball_on_ground.hpp"
 
 namespace train_derail {
 namespace {

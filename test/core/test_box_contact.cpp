@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include "fixtures.hpp"
 #include "model/box_contact.hpp"
+#include "random_bodies.hpp"
 
 namespace train_derail {
 namespace {
@@ -15,6 +15,8 @@ namespace {
 using model::BodyManifold;
 using model::Box;
 using model::press;
+using test::random_axes;
+using test::random_vector;
 using Vec = Eigen::Vector3d;
 using Matrix = Eigen::Matrix3d;
 
@@ -96,18 +98,6 @@ void expect_points(const BodyManifold& m, const std::vector<Vec>& points, double
   ASSERT_EQ(m.count, static_cast<int>(points.size()));
   for (const Vec& p : points) EXPECT_LT(nearest(m, p), 1e-12) << p.transpose();
   for (int i = 0; i < m.count; ++i) EXPECT_NEAR(m.depth[i], depth, 1e-12);
-}
-
-Matrix random_axes(test::Random& random) {
-  Eigen::Quaterniond q(1.0, 0.0, 0.0, 0.0);
-  do {
-    for (int i = 0; i < 4; ++i) q.coeffs()[i] = random.uniform(-1.0, 1.0);
-  } while (q.norm() > 1.0 || q.norm() < 0.1);
-  return q.normalized().toRotationMatrix();
-}
-
-Vec random_vector(test::Random& random, double size) {
-  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
 }
 
 Box random_box(test::Random& random) {

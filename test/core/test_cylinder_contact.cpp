@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include "fixtures.hpp"
 #include "model/cylinder_contact.hpp"
+#include "random_bodies.hpp"
 
 namespace train_derail {
 namespace {
@@ -19,6 +19,8 @@ using model::BodyManifold;
 using model::Box;
 using model::Cylinder;
 using model::press;
+using test::random_axes;
+using test::random_vector;
 using Vec = Eigen::Vector3d;
 using Matrix = Eigen::Matrix3d;
 
@@ -62,16 +64,6 @@ void expect_two(const BodyContact& c, const Vec& first, const Vec& second, const
   }
 }
 
-Matrix random_axes(test::Random& random) {
-  Eigen::Quaterniond q(1.0, 0.0, 0.0, 0.0);
-  do {
-    for (int i = 0; i < 4; ++i) q.coeffs()[i] = random.uniform(-1.0, 1.0);
-  } while (q.norm() > 1.0 || q.norm() < 0.1);
-  return q.normalized().toRotationMatrix();
-}
-Vec random_vector(test::Random& random, double size) {
-  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
-}
 Cylinder random_tank(test::Random& random) {
   return tank(random_vector(random, 5.0), random_axes(random).col(0), random.uniform(2.0, 8.0),
               random.uniform(1.0, 1.8));

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 
+#include "same_ensembles.hpp"
 #include "spatial_fixtures.hpp"
-#include "train_derail/multibody/two_sample.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail {
@@ -30,13 +30,7 @@ TEST(SpatialRest, ChangesNoOutcomeBeyondNoise) {
                              o.pile_up.lateral_reach.farthest, o.pile_up.length};
     for (std::size_t q = 0; q < sample.size(); ++q) sample[q].push_back(values[q]);
   }
-  std::vector<double> p;
-  for (std::size_t q = 0; q < with.size(); ++q) {
-    const multibody::TwoSample test = multibody::compare(with[q], without[q], 9999);
-    p.insert(p.end(), {test.p_distance, test.p_precedence});
-  }
-  const std::vector<double> corrected = multibody::holm(p);
-  EXPECT_GT(*std::min_element(corrected.begin(), corrected.end()), 0.01);
+  EXPECT_GT(test::least_p(with, without), 0.01);
 }
 
 TEST(SpatialRun, FlatLowAndWideEndsAsInThePlane) {

@@ -10,9 +10,9 @@
 #include <gtest/gtest.h>
 
 #include "multibody/spatial_engine.hpp"
+#include "same_ensembles.hpp"
 #include "spatial_fixtures.hpp"
 #include "train_derail/inputs/error.hpp"
-#include "train_derail/multibody/two_sample.hpp"
 #include "train_derail/multibody/verify.hpp"
 
 namespace train_derail {
@@ -331,15 +331,10 @@ struct Fates {
   }
 };
 
-/// The smallest p-value of all tests that compare the two, corrected for their number.
+/// See test::least_p().
 double chance(const Fates& model, const Fates& simbody) {
-  std::vector<double> p;
-  for (const auto of : {&Fates::first_up, &Fates::second_up, &Fates::together, &Fates::aside}) {
-    const multibody::TwoSample test = multibody::compare(model.*of, simbody.*of, 9999);
-    p.insert(p.end(), {test.p_distance, test.p_precedence});
-  }
-  const std::vector<double> corrected = multibody::holm(p);
-  return *std::min_element(corrected.begin(), corrected.end());
+  const auto all = [](const Fates& f) { return std::array{f.first_up, f.second_up, f.together, f.aside}; };
+  return test::least_p(all(model), all(simbody));
 }
 
 TEST(SpatialSecondOpinion, ManyEndAlikeButNotWithoutARollStop) {
@@ -367,6 +362,14 @@ TEST(SpatialSecondOpinion, RefusesWhatItHasNot) {
   EXPECT_THROW(start(), std::invalid_argument);
   c = one_car();
   c.scenario.track.grades = {{-100.0, 200.0, 0.01}};
+  EXPECT_THROW(start(), std::invalid_argument);
+  c = one_car();
+  c.scenario.terrain.sections.resize(1);
+  c.scenario.terrain.sections[0].length = 50.0;
+  EXPECT_THROW(start(), std::invalid_argument);
+  c = one_car();
+  c.scenario.terrain.bank_left = c.scenario.terrain.bank_right = 0.0;
+  c.scenario.terrain.grid.rows = {{"-1 -1"}, {"-1 -1"}};
   EXPECT_THROW(start(), std::invalid_argument);
   c = one_car();
   c.scenario.track.curves = {{-100.0, 200.0, 1e-3, 0.1}};

@@ -8,9 +8,9 @@
 
 #include <Eigen/Geometry>
 
-#include "model/ball_on_ground.hpp"
 #include "train_derail/inputs/extent.hpp"
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/ball_on_ground.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/height_grid.hpp"
 #include "train_derail/model/terrain.hpp"
