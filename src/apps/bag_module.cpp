@@ -31,8 +31,8 @@ class RecordedRun final : public BagOutput {
     if (!closed_) bag_.discard();
   }
 
-  void grid_point(const simulation::Simulation& simulation) override {
-    stream_.grid_point(view_, simulation.outcome());
+  void grid_point() override {
+    stream_.grid_point(view_);
     check();
   }
 
@@ -66,7 +66,7 @@ std::string document_of(const std::string& path, const ros_face::RunInBag& run, 
   scene::Replay replay(recording.scenario(), recording.cars());
   for (const simulation::Snapshot& now : recording.moments()) {
     recording.advance(now.time);
-    replay.add(now, recording.take_events(now, {}));
+    replay.add(now, recording.take_events(now));
   }
   return replay.document({name, caption}, recording.outcome(), recording.touches());
 }

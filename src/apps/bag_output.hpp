@@ -16,7 +16,7 @@ class BagOutput {
   /// Removes the file if close() was not called.
   virtual ~BagOutput() = default;
   /// Must be called at each point of the output grid.
-  virtual void grid_point(const simulation::Simulation& simulation) = 0;
+  virtual void grid_point() = 0;
   /// Completes the file and returns its name. Throws std::runtime_error, as grid_point() does, if the file could not be
   /// written.
   virtual std::string close(const simulation::Simulation& simulation, const outcome::Outcome& outcome) = 0;

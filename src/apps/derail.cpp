@@ -135,7 +135,7 @@ class Outputs {
   void grid_point(std::int64_t tick, const simulation::Simulation& s) {
     try {
       if (csv_) write(states_.add(tick, s.snapshot()));
-      if (bag_) bag_->grid_point(s);
+      if (bag_) bag_->grid_point();
       if (replay_) replay_->add(s);
     } catch (const std::exception&) {
       if (!apps::stop) throw;

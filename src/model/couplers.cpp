@@ -35,14 +35,13 @@ CouplerArrays Couplers::arrays() {
   return a;
 }
 
-CouplerState<double> Couplers::state(const CouplerState<double>& bare, const double* y, Eigen::Index i) const {
+CouplerState<double> Couplers::state(const CouplerState<double>& bare, const Vector2& rate, Eigen::Index i) const {
   CouplerState<double> b = bare;
   if (broken(i)) {
     b.axial = b.lateral = b.moment_lead = b.moment_trail = b.force_x = b.force_y = 0.0;
     return b;
   }
   const double spring = coupler_spring_force(law_, b.gap);
-  const Vector2 rate = train_.rear_pin(y, i).velocity - train_.front_pin(y, i + 1).velocity;
   const double axial = spring + coupler_damper_force(damping_[i], spring, rate.x() * b.ux + rate.y() * b.uy);
   b.force_x += (axial - b.axial) * b.ux;
   b.force_y += (axial - b.axial) * b.uy;
@@ -56,9 +55,10 @@ double Couplers::spring_energy(double gap) const {
 }
 
 void Couplers::add_energy(const double* y, EnergyLedger& energy) const {
+  const std::vector<CouplerState<double>> all = train_.couplers(y);
   for (Eigen::Index i = 0; i < alive_.size(); ++i) {
     if (broken(i)) continue;
-    const CouplerState<double> b = train_.coupler(y, i);
+    const CouplerState<double>& b = all[static_cast<std::size_t>(i)];
     energy.coupler_axial += spring_energy(b.gap);
     energy.coupler_swing += swing_energy(law_, b.swing_lead) + swing_energy(law_, b.swing_trail);
   }

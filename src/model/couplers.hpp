@@ -22,8 +22,9 @@ class Couplers final : public Part {
   bool carries_little(Eigen::Index i, double share) const { return -axial_[i] <= share * law_.break_draft; }
   /// Axial forces at the end of the last step, buff positive [N].
   const ArrayX& axial() const { return axial_; }
-  /// The coupler in state `y`: `bare` (PlanarModel::coupler) with draft gear, damping and whether it has broken.
-  CouplerState<double> state(const CouplerState<double>& bare, const double* y, Eigen::Index i) const;
+  /// The coupler `bare` (PlanarModel::coupler_between) with draft gear, damping and whether it has broken; its leading
+  /// pin moves at `rate` [m/s] as seen from its trailing one.
+  CouplerState<double> state(const CouplerState<double>& bare, const Vector2& rate, Eigen::Index i) const;
   /// Strain energy in state `y`.
   void add_energy(const double* y, EnergyLedger& energy) const;
   /// The loops have found the forces at the end of a step.

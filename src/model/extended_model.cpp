@@ -229,8 +229,10 @@ TrackPlace ExtendedModel::track_place(Eigen::Index car, const Vector2& point) co
   return straight_track() ? PlanarModel::track_place(car, point) : parts_->trucks.place(car, point);
 }
 
-CouplerState<double> ExtendedModel::coupler(const double* y, Eigen::Index i) const {
-  return parts_->couplers.state(PlanarModel::coupler(y, i), y, i);
+CouplerState<double> ExtendedModel::coupler_between(const CarMotion& lead, const CarMotion& trail,
+                                                    Eigen::Index i) const {
+  const Vector2 rate = lead_pin(lead, i).velocity - trail_pin(trail, i).velocity;
+  return parts_->couplers.state(PlanarModel::coupler_between(lead, trail, i), rate, i);
 }
 
 Eigen::Index ExtendedModel::gone(const double* y) const {

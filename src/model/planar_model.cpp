@@ -75,16 +75,24 @@ StateVector PlanarModel::initial_state() const {
   return state;
 }
 
+CouplerState<double> PlanarModel::coupler_between(const CarMotion& lead, const CarMotion& trail, Eigen::Index i) const {
+  const Vector2 d = lead_pin(lead, i).position - trail_pin(trail, i).position;
+  return coupler_state<double>(coupler_, d.x(), d.y(), lead.axis.x(), lead.axis.y(), trail.axis.x(), trail.axis.y());
+}
+
 CouplerState<double> PlanarModel::coupler(const double* y, Eigen::Index i) const {
-  const ConstMotionMap q = motion(y, car_count());
-  const Vector2 d = rear_pin(y, i).position - front_pin(y, i + 1).position;
-  return coupler_state<double>(coupler_, d.x(), d.y(), std::cos(q(i, THETA)), std::sin(q(i, THETA)),
-                               std::cos(q(i + 1, THETA)), std::sin(q(i + 1, THETA)));
+  return coupler_between(car_motion(y, i), car_motion(y, i + 1), i);
 }
 
 std::vector<CouplerState<double>> PlanarModel::couplers(const double* y) const {
   std::vector<CouplerState<double>> all;
-  for (Eigen::Index i = 0; i < coupler_count(); ++i) all.push_back(coupler(y, i));
+  all.reserve(static_cast<std::size_t>(coupler_count()));
+  CarMotion lead = car_motion(y, 0);
+  for (Eigen::Index i = 0; i < coupler_count(); ++i) {
+    const CarMotion trail = car_motion(y, i + 1);
+    all.push_back(coupler_between(lead, trail, i));
+    lead = trail;
+  }
   return all;
 }
 

@@ -202,8 +202,7 @@ const std::vector<model::Impact>& Recording::impacts() const {
   return sent == nullptr ? kNone : sent->content;
 }
 
-std::vector<scene::Occurrence> Recording::take_events(const simulation::Snapshot& now,
-                                                      const outcome::Outcome& /*outcome*/) {
+std::vector<scene::Occurrence> Recording::take_events(const simulation::Snapshot& now) {
   std::vector<scene::Occurrence> taken;
   for (; events_taken_ < events_.size() && (ended() || events_[events_taken_].time <= now.time + kRounding);
        ++events_taken_) {

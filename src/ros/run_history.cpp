@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace train_derail::ros_face {
 
 namespace {
 
 std::size_t bytes_of(const RunHistory::Moment& moment) {
-  return sizeof(moment) + moment.now.cars.size() * sizeof(simulation::CarSnapshot) +
+  return sizeof(moment) + sizeof(outcome::Outcome) + moment.now.cars.size() * sizeof(simulation::CarSnapshot) +
          moment.now.couplers.size() * sizeof(simulation::CouplerSnapshot);
 }
 
@@ -20,13 +21,17 @@ void RunHistory::clear() {
   every_ = 1;
 }
 
-void RunHistory::add(const simulation::Snapshot& now, const outcome::Outcome& outcome) {
+void RunHistory::add(const simulation::Snapshot& now, std::shared_ptr<const outcome::Outcome> outcome) {
   if (bytes_max_ == 0) return;
   // The newest moment that is not on the coarser grid gives way to this one.
   if (points_ > 0 && (points_ - 1) % every_ != 0) moments_.pop_back();
-  moments_.push_back({now, outcome});
+  moments_.push_back({now, std::move(outcome)});
   ++points_;
   if (moments_.size() > 2 && moments_.size() * bytes_of(moments_.back()) > bytes_max_) thin_out();
+}
+
+void RunHistory::conclude(std::shared_ptr<const outcome::Outcome> outcome) {
+  if (!moments_.empty()) moments_.back().outcome = std::move(outcome);
 }
 
 void RunHistory::thin_out() {

@@ -45,29 +45,34 @@ void RunStream::start_run(RunView& run, const RunState& state) {
   if (options_.markers_every > 0) {
     send<TrackMarkersTopic>(track_markers(scenario, run.cars(), options_.frames.world));
   }
-  const outcome::Outcome outcome = run.outcome();
-  send_grid_point(run, outcome);
+  send_grid_point(run);
   send_impacts(run);
-  send<OutcomeTopic>(to_message(outcome, header(), run_id_));
+  send_outcome();
 }
 
-void RunStream::grid_point(RunView& run, const outcome::Outcome& outcome) {
+void RunStream::grid_point(RunView& run) {
   clock_.advance(run.time());
-  send_grid_point(run, outcome);
+  send_grid_point(run);
   if (run.ended()) return;
-  const auto is_due = [&](double spacing) {
-    return (grid_points_ - 1) % std::max<std::int64_t>(1, std::llround(spacing / run.scenario().output.interval)) == 0;
-  };
-  if (is_due(kImpactsInterval)) send_impacts(run);
-  if (is_due(kOutcomeInterval)) send<OutcomeTopic>(to_message(outcome, header(), run_id_));
+  if (is_due(run, kImpactsInterval)) send_impacts(run);
+  if (is_due(run, kOutcomeInterval)) send_outcome();
 }
+
+bool RunStream::is_due(const RunView& run, double spacing) const {
+  const auto every = std::max<std::int64_t>(1, std::llround(spacing / run.scenario().output.interval));
+  return (grid_points_ - 1) % every == 0;
+}
+
+void RunStream::send_outcome() { send<OutcomeTopic>(to_message(*outcome_, header(), run_id_)); }
 
 void RunStream::end_run(RunView& run, const outcome::Outcome& outcome, const RunState& state) {
   // Finds nothing but the end itself if the last grid point has seen it.
-  send_events(run, outcome);
+  send_events(run.take_last_events(last_, outcome));
   complete_markers();
   send_impacts(run);
-  send<OutcomeTopic>(to_message(outcome, header(), run_id_));
+  outcome_ = std::make_shared<const outcome::Outcome>(outcome);
+  history_.conclude(outcome_);
+  send_outcome();
   run_info(run, state, why_ended(outcome));
 }
 
@@ -116,21 +121,22 @@ void RunStream::send_moment(const RunView& run) {
   markers_sent_ = false;
 }
 
-void RunStream::send_grid_point(RunView& run, const outcome::Outcome& outcome) {
+void RunStream::send_grid_point(RunView& run) {
   last_ = run.snapshot();
-  history_.add(last_, outcome);
+  ++grid_points_;
+  if (is_due(run, kOutcomeInterval) || run.ended()) outcome_ = std::make_shared<const outcome::Outcome>(run.outcome());
+  history_.add(last_, outcome_);
   send_moment(run);
   if (options_.markers_every > 0 &&
-      (markers_empty_ || (grid_points_ % options_.markers_every == 0 && markers_wanted()))) {
+      (markers_empty_ || ((grid_points_ - 1) % options_.markers_every == 0 && markers_wanted()))) {
     send_markers(false);
     repeat_for_readers();
   }
-  ++grid_points_;
-  send_events(run, outcome);
+  send_events(run.take_events(last_));
 }
 
-void RunStream::send_events(RunView& run, const outcome::Outcome& outcome) {
-  for (const scene::Occurrence& occurrence : run.take_events(last_, outcome)) {
+void RunStream::send_events(const std::vector<scene::Occurrence>& events) {
+  for (const scene::Occurrence& occurrence : events) {
     send<EventsTopic>(to_message(occurrence, header(), run_id_));
   }
 }

@@ -178,7 +178,7 @@ void SimulationLoop::tick() {
   const bool interrupted = !is_replay() && view_->time() < target && !view_->ended() && exception_.empty();
   if (interrupted) return;  // the rest when the one who waits is served
   ++tick_;
-  if (view_->time() > before) stream_.grid_point(*view_, outcome());
+  if (view_->time() > before) stream_.grid_point(*view_);
   watch_bag();
   if (stepping_) {
     ++stepping_->progress.ticks;
@@ -314,7 +314,7 @@ Answer SimulationLoop::seek(double time, double& shown) {
   } else {
     const RunHistory::Moment* moment = stream_.history().nearest(time);
     if (moment == nullptr) return {false, "no moments are kept: parameter history_memory is 0"};
-    stream_.show(*view_, moment->now, moment->outcome);
+    stream_.show(*view_, moment->now, *moment->outcome);
     shown = moment->now.time;
   }
   return {true, fmt::format("shown as it was at {:g} s", shown)};

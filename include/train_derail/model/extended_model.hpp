@@ -49,7 +49,6 @@ class ExtendedModel final : public PlanarModel {
   bool derailed(Eigen::Index car) const override;
   bool past_pod(Eigen::Index car) const override;
   Cause cause(Eigen::Index car) const override;
-  CouplerState<double> coupler(const double* y, Eigen::Index i) const override;
   bool broken(Eigen::Index i) const override;
   Eigen::Index gone(const double* y) const override;
   EnergyLedger energy(const double* y) const override;
@@ -57,6 +56,9 @@ class ExtendedModel final : public PlanarModel {
   TrackPlace track_place(Eigen::Index car, const Vector2& point) const override;
   const Incidents* incidents() const override;
   const ArrayX* axial_forces() const override;
+
+ protected:
+  CouplerState<double> coupler_between(const CarMotion& lead, const CarMotion& trail, Eigen::Index i) const override;
 
  private:
   struct Parts;

@@ -35,8 +35,8 @@ class PlanarModel : public TrainModel {
   CarMotion car_motion(const double* y, Eigen::Index car) const override;
 
   /// Coupler `i` with its forces, which are zero if it is broken.
-  virtual CouplerState<double> coupler(const double* y, Eigen::Index i) const;
-  /// All of them.
+  CouplerState<double> coupler(const double* y, Eigen::Index i) const;
+  /// All of them; the motion of each car is found once.
   virtual std::vector<CouplerState<double>> couplers(const double* y) const;
   /// The coupler has broken, for good.
   virtual bool broken(Eigen::Index /*coupler*/) const { return false; }
@@ -53,6 +53,12 @@ class PlanarModel : public TrainModel {
   Momentum momentum(const double* y) const;
 
  protected:
+  /// Coupler `i` with its forces, between the cars that move as `lead` and `trail` say.
+  virtual CouplerState<double> coupler_between(const CarMotion& lead, const CarMotion& trail, Eigen::Index i) const;
+  /// Of the pins of coupler `i`: that of the leading car, and that of the trailing one.
+  PointMotion lead_pin(const CarMotion& lead, Eigen::Index i) const { return lead.point(-half_length_[i]); }
+  PointMotion trail_pin(const CarMotion& trail, Eigen::Index i) const { return trail.point(half_length_[i + 1]); }
+
   /// The loops over cars that every model of the plane has.
   virtual const PlanarKernels& loops() const = 0;
   void find_gaps(const double* y, double* gap, double* rate) const override;

@@ -47,7 +47,11 @@ class Recording final : public RunView {
   outcome::Outcome outcome() const override { return outcome_at(time()); }
   const std::vector<outcome::FirstTouch>& touches() const override { return touches_; }
   const std::vector<model::Impact>& impacts() const override;
-  std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now, const outcome::Outcome& outcome) override;
+  std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now) override;
+  std::vector<scene::Occurrence> take_last_events(const simulation::Snapshot& now,
+                                                  const outcome::Outcome& /*outcome*/) override {
+    return take_events(now);
+  }
 
  private:
   /// Something that was sent at a moment of the run.

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "train_derail/outcome/outcome.hpp"
@@ -18,7 +19,7 @@ class RunHistory {
   /// One point of the grid.
   struct Moment {
     simulation::Snapshot now;
-    outcome::Outcome outcome;
+    std::shared_ptr<const outcome::Outcome> outcome;  ///< the newest that was known then; several moments share it
   };
 
   /// Keeps at most about `bytes_max` bytes; with 0 nothing is kept.
@@ -27,7 +28,9 @@ class RunHistory {
   /// Forgets everything.
   void clear();
   /// Adds the next moment. Times grow from one call to the next.
-  void add(const simulation::Snapshot& now, const outcome::Outcome& outcome);
+  void add(const simulation::Snapshot& now, std::shared_ptr<const outcome::Outcome> outcome);
+  /// Gives the newest moment the outcome of the whole run.
+  void conclude(std::shared_ptr<const outcome::Outcome> outcome);
   /// Returns the moment nearest to `time` [s]; null if there is none.
   const Moment* nearest(double time) const;
   /// Returns the time of the newest moment; 0 if there is none [s].

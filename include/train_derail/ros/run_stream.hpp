@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,7 +46,7 @@ class RunStream {
   /// To be called when the run has reached the next point of its output grid. Sends clock, tf, cars, couplers, the
   /// heap, changed markers and events, all with one stamp, the outcome ten times a simulated second and
   /// impacts once.
-  void grid_point(RunView& run, const outcome::Outcome& outcome);
+  void grid_point(RunView& run);
   /// Ends the run: sends the last events, markers and impacts, the final outcome, and the state.
   void end_run(RunView& run, const outcome::Outcome& outcome, const RunState& state);
 
@@ -82,8 +83,11 @@ class RunStream {
   tf2_msgs::TFMessage moving_frames(const std_msgs::Header& header) const;
   /// Sends what moves, as it is in `last_`.
   void send_moment(const RunView& run);
-  void send_grid_point(RunView& run, const outcome::Outcome& outcome);
-  void send_events(RunView& run, const outcome::Outcome& outcome);
+  void send_grid_point(RunView& run);
+  void send_events(const std::vector<scene::Occurrence>& events);
+  void send_outcome();
+  /// Whether this grid point is one of those that are `spacing` apart, simulated [s].
+  bool is_due(const RunView& run, double spacing) const;
   /// If there is something new.
   void send_impacts(const RunView& run);
   /// Whoever reads a bag from its middle finds everything again after a while.
@@ -111,6 +115,7 @@ class RunStream {
   bool markers_sent_ = false;
   std::vector<model::Car> cars_;  // of the run
   simulation::Snapshot last_;
+  std::shared_ptr<const outcome::Outcome> outcome_;  ///< newest; costly, so not found at every grid point
   scene::Heap heap_;
   std::vector<outcome::FirstTouch> touches_;  ///< recent enough to be shown
 };

@@ -26,9 +26,11 @@ class RunView {
   virtual const std::vector<outcome::FirstTouch>& touches() const = 0;
   /// Returns the impacts so far.
   virtual const std::vector<model::Impact>& impacts() const = 0;
-  /// Returns what has happened since the last call. `now` and `outcome` are those of this moment.
-  virtual std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now,
-                                                     const outcome::Outcome& outcome) = 0;
+  /// Returns what has happened since the last call. `now` is the snapshot of this moment.
+  virtual std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now) = 0;
+  /// The same at the end of the run, with how it ended.
+  virtual std::vector<scene::Occurrence> take_last_events(const simulation::Snapshot& now,
+                                                          const outcome::Outcome& outcome) = 0;
 };
 
 /// A simulation as it stands.
@@ -46,8 +48,11 @@ class SimulationView final : public RunView {
   outcome::Outcome outcome() const override { return simulation_.outcome(); }
   const std::vector<outcome::FirstTouch>& touches() const override { return simulation_.touches(); }
   const std::vector<model::Impact>& impacts() const override { return simulation_.incidents().impacts; }
-  std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now,
-                                             const outcome::Outcome& outcome) override {
+  std::vector<scene::Occurrence> take_events(const simulation::Snapshot& now) override {
+    return events_.observe(now, simulation_);
+  }
+  std::vector<scene::Occurrence> take_last_events(const simulation::Snapshot& now,
+                                                  const outcome::Outcome& outcome) override {
     return events_.observe(now, outcome, simulation_.incidents());
   }
 
