@@ -70,7 +70,7 @@ TEST(Press, CornerInASide) {
   const double angle = 0.7;
   Footprint a = box(0.0, 0.0, angle);
   double lowest = 1e9;
-  Vec corner;
+  Vec corner = Vec::Zero();
   for (const Vec& c : corners(a)) {
     if (c.y() < lowest) {
       lowest = c.y();
