@@ -54,10 +54,14 @@ void describe_coupler_type(V& v, C& c) {
   v.number("roll_limit", c.roll_limit, {"rad", "deg", between_or_infinite(0, 100)}, "");
 }
 
+template <class V, class B>
+void describe_bodies(V& v, B& bodies) {
+  v.list(
+      "bodies", bodies, [](auto& w, auto& b) { describe_body(w, b); }, "", false);
+}
+
 template <class V, class T>
 void describe_types(V& v, T& t) {
-  v.list(
-      "bodies", t.bodies, [](auto& w, auto& b) { describe_body(w, b); }, "", false);
   v.list(
       "types", t.types, [](auto& w, auto& x) { describe_type(w, x); }, "", false);
   v.list(
@@ -81,19 +85,29 @@ void check_type(const CarType& t, const std::string& prefix) {
     wrong("loaded", fmt::format("{}", t.loaded), "less than empty", fmt::format(">= {} N", t.empty));
 }
 
-CarTypes read(const YAML::Node& tree, const std::string& source) {
+/// Reads what `describe` (of a visitor and a T) describes, and checks it.
+template <class T, class Describe, class Check>
+T read(const YAML::Node& tree, const std::string& source, const Describe& describe, const Check& check_across) {
   const std::vector<Override> none;
   KeyPlaces places;
-  CarTypes all;
+  T all;
   TreeReader reader(tree, "", source, none, places);
-  describe_types(reader, all);
+  describe(reader, all);
   reader.finish();
   check_at(places, source, [&] {
     Checker checker("");
-    describe_types(checker, all);
-    for (std::size_t i = 0; i < all.types.size(); ++i) check_type(all.types[i], fmt::format("types[{}].", i));
+    describe(checker, all);
+    check_across(all);
   });
   return all;
+}
+
+CarTypes read_types(const YAML::Node& tree, const std::string& source) {
+  return read<CarTypes>(
+      tree, source, [](auto& v, auto& t) { describe_types(v, t); },
+      [](const CarTypes& all) {
+        for (std::size_t i = 0; i < all.types.size(); ++i) check_type(all.types[i], fmt::format("types[{}].", i));
+      });
 }
 
 bool is_word_for(const std::string& bare, const std::string& name, const std::vector<std::string>& also) {
@@ -162,27 +176,30 @@ std::vector<std::string> CarTypes::words() const {
   return all;
 }
 
+// What the library carries in itself is plain YAML (a test reads the files as any other): it is parsed once, not twice.
+
 const CarTypes& car_types() {
-  static const CarTypes all = [] {
-    constexpr const char* kName = "config/types/car_types.yaml";
-    return read(load_text(kCarTypesText, kName), kName);
-  }();
+  static const CarTypes all = read_types(YAML::Load(kCarTypesText), "config/types/car_types.yaml");
   return all;
 }
 
 CarTypes car_types(const std::string& path) {
-  CarTypes own = read(load_file(path), path);
-  if (!own.bodies.empty())
-    throw InputError(path, "bodies", "", "bodies are those of the program", "types and couplers; heights of a type");
+  CarTypes own = read_types(load_file(path), path);
   const CarTypes& package = car_types();
-  own.bodies = package.bodies;
   own.types.insert(own.types.end(), package.types.begin(), package.types.end());
   own.couplers.insert(own.couplers.end(), package.couplers.begin(), package.couplers.end());
   return own;
 }
 
+const std::vector<CarBody>& car_bodies() {
+  static const auto all = read<std::vector<CarBody>>(
+      YAML::Load(kCarBodiesText), "config/types/car_bodies.yaml", [](auto& v, auto& b) { describe_bodies(v, b); },
+      [](const auto&) {});
+  return all;
+}
+
 const CarBody& body_of(std::string_view name) {
-  const std::vector<CarBody>& all = car_types().bodies;
+  const std::vector<CarBody>& all = car_bodies();
   return *std::find_if(all.begin(), all.end() - 1, [&](const CarBody& b) { return b.name == name; });
 }
 

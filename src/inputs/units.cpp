@@ -135,7 +135,8 @@ class Database {
   std::unique_ptr<ut_system, SystemDeleter> system_;
 };
 
-/// Units that nearly every scenario uses. UDUNITS knows them too, but reading its database takes longer than most runs.
+/// Units that nearly every scenario uses or shows. UDUNITS knows them too, and reads them to the same bits, but reading
+/// its database takes longer than most runs start.
 struct CommonUnit {
   std::string_view unit, si_unit;
   double in_si;
@@ -149,6 +150,15 @@ constexpr CommonUnit kCommonUnits[] = {
     {"lbf ft", "N m", kPoundForce* kFoot},
     {"lbf ft/rad", "N m/rad", kPoundForce* kFoot},
     {"deg", "rad", kDegree},
+    {"in", "m", kFoot / 12.0},
+    {"kip/in", "N/m", kKip / (kFoot / 12.0)},
+    {"mm", "m", 1e-3},
+    {"km/h", "m/s", 1.0 / 3.6},
+    {"kN", "N", 1e3},
+    {"MN/m", "N/m", 1e6},
+    {"1/km", "1/m", 1e-3},
+    {"percent", "1", 1e-2},
+    {"ms", "s", 1e-3},
     {"m", "m", 1.0},
     {"m/s", "m/s", 1.0},
     {"s", "s", 1.0},

@@ -253,11 +253,7 @@ TEST_F(TrainLists, TypesOfOnesOwnComeFirst) {
   for (const auto& [change, said] :
        {std::pair{"types: [{name: a, body: hopper, length: 42 ft}]", "types[0].width: missing"},
         std::pair{"types: [{name: a, wheels: 8}]", "types[0].length: missing"},
-        std::pair{"bodies: []\ntypes: 3", "not a list"},
-        std::pair{
-            "bodies: [{name: a, empty: 1 kip, loaded: 2 kip, centre_empty: 1, centre_loaded: 1, floor: 1, roof: 2, "
-            "roll_inertia: 1}]",
-            "bodies are those of the program"},
+        std::pair{"couplers: []\ntypes: 3", "not a list"}, std::pair{"bodies: []", "unknown key"},
         std::pair{
             "types: [{name: a, body: b, codes: [tank], length: 42 ft, width: 10 ft, truck_spacing: 28 ft, empty: 5 "
             "kip, loaded: 6 kip}]",
@@ -336,13 +332,21 @@ TEST_F(TrainLists, TheListWritesNoFileTwiceAndNamesItsBase) {
   EXPECT_EQ(out.out.substr(0, 17), "# From train.csv ");
 }
 
+// The library parses its own text without looking for what roslaunch would read otherwise.
+TEST_F(TrainLists, TheFilesOfThePackageAreReadAsAnyOther) {
+  for (const char* name : {"car_bodies.yaml", "car_types.yaml"})
+    EXPECT_NO_THROW(inputs::load_file(kSource + "/config/types/" + name)) << name;
+  const std::size_t twice = inputs::car_types(kSource + "/config/types/car_types.yaml").types.size();
+  EXPECT_EQ(twice, 2 * inputs::car_types().types.size());
+}
+
 // One place for each fact: the pages have what the file and the program have.
 TEST_F(TrainLists, ThePagesHaveTheTables) {
   EXPECT_NE(content(kSource + "/docs/import.md").find(inputs::describe_train_lists(inputs::car_types())),
             std::string::npos)
       << "docs/import.md has to hold what `derail import types` prints";
   const std::string page = content(kSource + "/docs/spatial_model.md");
-  for (const inputs::CarBody& b : inputs::car_types().bodies) {
+  for (const inputs::CarBody& b : inputs::car_bodies()) {
     std::array<char, 200> row{};
     const std::string name = b.name.empty() ? "any other" : "`" + b.name + "`";
     const bool rises = b.centre_empty != b.centre_loaded;

@@ -1,6 +1,6 @@
 /// \file
-/// Kinds of cars: bodies by the name of a block, and types for what a train list does not say. All are in
-/// config/types/car_types.yaml, which the library carries in itself; values here are in SI units.
+/// Kinds of cars: bodies by the name of a block (config/types/car_bodies.yaml), and types for what a train list does not
+/// say (config/types/car_types.yaml). The library carries both files in itself; values here are in SI units.
 #pragma once
 
 #include <optional>
@@ -51,9 +51,8 @@ struct CouplerType {
   std::optional<double> roll_limit;     ///< rad; infinite: rotary
 };
 
-/// All that such a file holds.
+/// All that a file of types holds.
 struct CarTypes {
-  std::vector<CarBody> bodies;
   std::vector<CarType> types;
   std::vector<CouplerType> couplers;
 
@@ -68,10 +67,12 @@ struct CarTypes {
 
 /// Those of the package.
 const CarTypes& car_types();
-/// Those of the package and, before them, those of the file at `path`, which has no bodies. Throws InputError if it
-/// cannot be read, has unknown keys, or values that are out of range.
+/// Those of the package and, before them, those of the file at `path`. Throws InputError if it cannot be read, has
+/// unknown keys, or values that are out of range.
 CarTypes car_types(const std::string& path);
 
+/// Those of the package, the one without a name last.
+const std::vector<CarBody>& car_bodies();
 /// The body of blocks of this name; the one without a name if there is no other.
 const CarBody& body_of(std::string_view name);
 /// Height of the centre of mass of a car of this weight [N], between empty and loaded [m].
