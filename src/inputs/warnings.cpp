@@ -71,7 +71,7 @@ std::string of_first_item(const std::string& key) {
   return open == std::string::npos ? key : key.substr(0, open) + "[0]" + key.substr(close + 1);
 }
 
-std::map<std::string, std::string> defaults() {
+std::map<std::string, std::string> make_defaults() {
   Scenario one_of_each;
   one_of_each.consist.emplace_back();
   one_of_each.ground.patches.emplace_back();
@@ -82,6 +82,12 @@ std::map<std::string, std::string> defaults() {
   one_of_each.terrain.grid.rows.emplace_back();
   std::map<std::string, std::string> values;
   for (KeyValue& v : key_values(one_of_each)) values[v.key] = std::move(v.value);
+  return values;
+}
+
+/// What every key has if nobody sets it. The same for all scenarios, so made once: every member of an ensemble asks.
+const std::map<std::string, std::string>& defaults() {
+  static const std::map<std::string, std::string> values = make_defaults();
   return values;
 }
 
@@ -149,7 +155,7 @@ std::vector<Warning> warnings(const Scenario& scenario) {
   std::vector<Warning> out;
   UsualChecker usual(out, "", scenario, nullptr);
   describe(usual, scenario);
-  const std::map<std::string, std::string> preset = defaults();
+  const std::map<std::string, std::string>& preset = defaults();
   for (const KeyValue& v : key_values(scenario)) {
     if (v.acts_with.empty()) continue;
     const auto known = preset.find(of_first_item(v.key));

@@ -40,8 +40,12 @@ SpatialCouplers::SpatialCouplers(SpatialCars& cars, const std::vector<Car>& trai
     damping_[i] = coupler_damping(cars.scenario.coupler, cars.bodies[i].mass, cars.bodies[i + 1].mass);
   stops_.resize(alive_.size());
   held_.resize(alive_.size());
-  for (std::size_t i = 0; i < alive_.size(); ++i)
-    holds_.push_back(inputs::coupler_hold(cars.scenario.coupler, train[i].coupler_type, train[i + 1].coupler_type));
+  for (std::size_t i = 0; i < alive_.size(); ++i) {
+    const auto type = [&](std::size_t car) -> const std::string& { return train[car].coupler_type; };
+    // Types are looked up by words; in a train the next pair is mostly like the one before.
+    const bool as_before = i > 0 && type(i) == type(i - 1) && type(i + 1) == type(i);
+    holds_.push_back(as_before ? holds_.back() : inputs::coupler_hold(cars.scenario.coupler, type(i), type(i + 1)));
+  }
   show();
 }
 

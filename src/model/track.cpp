@@ -1,6 +1,7 @@
 #include "train_derail/model/track.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <boost/random/mersenne_twister.hpp>
@@ -10,15 +11,35 @@ namespace train_derail::model {
 
 namespace {
 
-/// Heading of the centre line at s [rad]: the integral of the curvature from the point of derailment.
-double heading(const std::vector<inputs::Curve>& curves, double s) {
-  double angle = 0.0;
-  for (const inputs::Curve& c : curves) {
-    const auto turned = [&](double to) { return c.curvature * std::clamp(to - c.start, 0.0, c.length); };
-    angle += turned(s) - turned(0.0);
+/// Direction of the centre line: its heading is the integral of the curvature from the point of derailment.
+class Direction {
+ public:
+  explicit Direction(const std::vector<inputs::Curve>& curves) : curves_(curves) {
+    for (const inputs::Curve& c : curves) at_pod_.push_back(turned(c, 0.0));
   }
-  return angle;
-}
+
+  /// At arc length s [m]. Most of a track is straight: sine and cosine are those of the place before, if the heading
+  /// is.
+  const Vector2& at(double s) {
+    double angle = 0.0;
+    for (std::size_t i = 0; i < curves_.size(); ++i) angle += turned(curves_[i], s) - at_pod_[i];
+    if (angle != angle_) {
+      angle_ = angle;
+      direction_ = {std::cos(angle), std::sin(angle)};
+    }
+    return direction_;
+  }
+
+ private:
+  static double turned(const inputs::Curve& c, double s) {
+    return c.curvature * std::clamp(s - c.start, 0.0, c.length);
+  }
+
+  const std::vector<inputs::Curve>& curves_;
+  std::vector<double> at_pod_;
+  double angle_ = 0.0;
+  Vector2 direction_{1.0, 0.0};
+};
 
 }  // namespace
 
@@ -44,29 +65,28 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
     boost::random::normal_distribution<double> normal(0.0, p.alignment);
     alignment_.resize(bins);
     last_bin_ = static_cast<double>(bins - 2);
+    std::array<double, kBinsPerKnot> share{};
+    for (std::size_t i = 0; i < kBinsPerKnot; ++i)
+      share[i] = 0.5 - 0.5 * std::cos(M_PI * static_cast<double>(i) / kBinsPerKnot);
     double from = normal(generator), to = normal(generator);
     for (std::size_t i = 0; i < bins; ++i) {
       if (i > 0 && i % kBinsPerKnot == 0) {
         from = to;
         to = normal(generator);
       }
-      const double share = 0.5 - 0.5 * std::cos(M_PI * static_cast<double>(i % kBinsPerKnot) / kBinsPerKnot);
-      alignment_[i] = from + share * (to - from);
+      alignment_[i] = from + share[i % kBinsPerKnot] * (to - from);
     }
   }
 
   if (!scenario.track.curves.empty()) {
     nodes_.resize(bins);
     const auto s_of = [&](std::size_t i) { return s_min + static_cast<double>(i) * kBin; };
-    const auto direction = [&](double s) {
-      const double angle = heading(scenario.track.curves, s);
-      return Vector2(std::cos(angle), std::sin(angle));
-    };
+    Direction direction(scenario.track.curves);
     // Steps of a bin along the heading in its middle: second order, 3 mm in 100 m at the sharpest curve allowed.
     Vector2 point(0.0, 0.0);
     for (std::size_t i = 0; i < bins; ++i) {
-      nodes_[i] = {point, direction(s_of(i))};
-      point += kBin * direction(s_of(i) + 0.5 * kBin);
+      nodes_[i] = {point, direction.at(s_of(i))};
+      point += kBin * direction.at(s_of(i) + 0.5 * kBin);
     }
     // The origin is at s = 0.
     const Node zero = at(0.0);
@@ -88,11 +108,21 @@ Track::Node Track::at(double s) const {
 
 double Track::nearest(const Vector2& p) const {
   if (straight()) return p.x();
-  const auto closer = [&](const Node& a, const Node& b) {
-    return (a.point - p).squaredNorm() < (b.point - p).squaredNorm();
-  };
-  const auto node = std::min_element(nodes_.begin(), nodes_.end(), closer);
-  return foot(p, s_min_ + kBin * static_cast<double>(node - nodes_.begin()));
+  const auto squared = [&](std::size_t i) { return (nodes_[i].point - p).squaredNorm(); };
+  constexpr std::size_t kCoarse = 32;  // nodes between those that are looked at first
+  std::size_t found = 0;
+  for (std::size_t i = kCoarse; i < nodes_.size(); i += kCoarse) {
+    if (squared(i) < squared(found)) found = i;
+  }
+  // The first of those that are nearest. From one node to the next the distance changes by kBin at most, so that those
+  // which cannot be nearer need no look.
+  for (std::size_t i = 0; i < nodes_.size();) {
+    const double now = squared(i), least = squared(found);
+    if (now < least || (now == least && i < found)) found = i;
+    const double excess = std::sqrt(now) - std::sqrt(least);
+    i += static_cast<std::size_t>(std::max(1.0, excess * (1.0 - 1e-9) / kBin));
+  }
+  return foot(p, s_min_ + kBin * static_cast<double>(found));
 }
 
 double Track::foot(const Vector2& p, double s) const {

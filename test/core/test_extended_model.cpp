@@ -175,6 +175,22 @@ TEST_P(OnACurve, TheTrackIsTheClosedForm) {
 
 INSTANTIATE_TEST_SUITE_P(LeftAndRight, OnACurve, testing::Values(1.0 / 400.0, -1.0 / 400.0, 1.0 / 1000.0));
 
+// Beside a track that comes back to itself: none of all its places is nearer.
+TEST(TrackPlace, IsTheNearestOfTheWholeTrack) {
+  inputs::Scenario s = test::on_rails(1);
+  s.track.curves = {{-900.0, 500.0, 1.0 / 120.0}, {-300.0, 200.0, -1.0 / 150.0}};
+  const model::Track track(s, -1500.0, 300.0);
+  test::Random random(3);
+  for (int i = 0; i < 300; ++i) {
+    const model::Track::Node node = track.at(random.uniform(-1500.0, 300.0));
+    const Eigen::Vector2d across(-node.tangent.y(), node.tangent.x()),
+        at = node.point + random.uniform(-50.0, 50.0) * across;
+    double least = inputs::kInfinity;
+    for (double arc = -1500.0; arc < 300.0; arc += 0.5) least = std::min(least, (track.at(arc).point - at).norm());
+    EXPECT_LT((track.at(track.nearest(at)).point - at).norm(), least + 0.01) << at.transpose();
+  }
+}
+
 TEST(HorseshoeCurve, HoldsATrainThatIsLongerThanItsDiameter) {
   // As above Altoona: 220 degrees at a radius of 186 m. 50 cars stand in it.
   inputs::Scenario s = test::on_rails(50);

@@ -137,6 +137,28 @@ TEST_F(StudyRuns, ThousandsOfThreadsAreNotStarted) {
   EXPECT_EQ(runs_csv(s, "many"), runs_csv(s, "one"));
 }
 
+// In three dimensions: the model in which cars share most.
+TEST_F(StudyRuns, TheBytesDoNotDependOnTheThreads) {
+  write("spatial.yaml",
+        "consist:\n  - {name: tank_car, count: 5, length: 59.5 ft, weight: 263 kip}\nmodel: spatial\n"
+        "ground: {on_track_law: rails}\ninitial: {speed: 30 mph, yaw_rate: 0}\nstop: {time_max: 2 s}\n"
+        "track: {curves: [{start: -100 m, length: 200 m, curvature: 0.002}]}\n"
+        "solver: {method: semi_implicit, fixed_step: 1 ms}\n");
+  write("study.yaml",
+        "scenario: spatial.yaml\nfactors:\n  - {key: initial.speed, values: [20 mph, 40 mph]}\n"
+        "replicates: 4\nperturbation: {kick: 1 ft/s, alignment: 0.02 ft}\n");
+  const study::Study s = read();
+  const auto bytes = [&](int jobs) {
+    const std::string out = "jobs" + std::to_string(jobs);
+    EXPECT_EQ(run(s, out, jobs).failed, 0);
+    study::write_results(path(out), s, 0.0);
+    return runs_csv(s, out) + text_of(folder_ / out / "summary.csv");
+  };
+  const std::string one = bytes(1);
+  EXPECT_GT(one.size(), 1000U);
+  for (const int jobs : {2, 5}) EXPECT_EQ(bytes(jobs), one) << jobs;
+}
+
 // One run that takes long is given up; it is not in the journal.
 TEST_F(StudyRuns, ALongRunIsGivenUpWhenStopped) {
   write("long.yaml",

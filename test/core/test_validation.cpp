@@ -210,6 +210,19 @@ TEST_F(Validate, TheCommandRefusesWhatIsWrong) {
   in_use("--resume --min-speed '20 mph'", "holds results of another study; accidents/rows/3");
 }
 
+TEST_F(Validate, TheBytesDoNotDependOnTheThreads) {
+  const auto bytes = [&](const std::string& jobs) {
+    const test::Result r = derail("validate table.csv --study study.yaml --quiet --out " + jobs + " --jobs " + jobs);
+    EXPECT_EQ(r.code, 0) << r.out;
+    std::string all;
+    for (const char* name : {"rows.csv", "members.csv", "validation.json"}) all += test::text_of(folder_ / jobs / name);
+    return all;
+  };
+  const std::string one = bytes("1");
+  EXPECT_GT(one.size(), 1000U);
+  for (const char* jobs : {"2", "5"}) EXPECT_EQ(bytes(jobs), one) << jobs;
+}
+
 TEST_F(Validate, GoesOnAfterAKillWithTheSameResults) {
   write("study.yaml", std::string(kStudy).replace(kStudy.find("samples: 3"), 10, "samples: 30"));
   ASSERT_EQ(derail("validate table.csv --study study.yaml --out whole --jobs 1 --quiet").code, 0);

@@ -1,6 +1,6 @@
 /// \file
-/// Kinds of cars: bodies by the name of a block (config/types/car_bodies.yaml), and types for what a train list does not
-/// say (config/types/car_types.yaml). The library carries both files in itself; values here are in SI units.
+/// Kinds of cars: bodies by the name of a block (config/types/car_bodies.yaml), and types for what a train list does
+/// not say (config/types/car_types.yaml). The library carries both files in itself; values here are in SI units.
 #pragma once
 
 #include <optional>
