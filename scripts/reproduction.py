@@ -23,6 +23,7 @@ import os
 import re
 import subprocess
 import sys
+import textwrap
 
 import numpy as np
 import yaml
@@ -319,21 +320,26 @@ def table(arguments):
     reading = {'count': COUNT, 'closing': arguments.closing, 'force': FORCE}
     everything = [Results(f) for f in arguments.folders]
     names = [os.path.basename(os.path.normpath(f)) for f in arguments.folders]
-    print('| | where | the paper says | ' + ' | | '.join(names) + ' | | band | why |')
-    print('|---' * (5 + 2 * len(names)) + '|')
-    met = [[] for _ in names]
+    print('| | where | the paper says | band |\n|---|---|---|---|')
     for entry in numbers['numbers']:
-        verdicts = [verdict(r, entry, reading) for r in everything]
-        cells = ' | '.join(f'{v.text} | {WORDS[v.met]}' for v in verdicts)
         band = entry.get('band')
         limits = ''
         if band:
             limits = f'> {number(band[0])}' if np.isinf(band[1]) else f'{number(band[0])} to {number(band[1])}'
         bold = '**' if entry.get('test') else ''
-        why = entry.get('why', '')
-        print(f"| {entry['id']} | {entry['where']} | {entry['text']} | {cells} | {bold}{limits}{bold} | {why} |")
+        print(f"| {entry['id']} | {entry['where']} | {entry['text']} | {bold}{limits}{bold} |")
+    print('\n| | ' + ' | | '.join(names) + ' | |')
+    print('|---' * (1 + 2 * len(names)) + '|')
+    met = [[] for _ in names]
+    for entry in numbers['numbers']:
+        verdicts = [verdict(r, entry, reading) for r in everything]
+        print(f"| {entry['id']} | " + ' | '.join(f'{v.text} | {WORDS[v.met]}' for v in verdicts) + ' |')
         for list_, v in zip(met, verdicts):
             list_.append((bool(entry.get('test')), v.met))
+    print()
+    for entry in numbers['numbers']:
+        if 'why' in entry:
+            print(textwrap.fill(f"- {entry['id']}: {entry['why']}", 100, subsequent_indent='  ', break_on_hyphens=False))
     print()
     for name, results, list_ in zip(names, everything, met):
         tests = [m for test, m in list_ if test]

@@ -419,6 +419,19 @@ void add_run(Fields<Outcome>& f) {
       [](auto& o) -> auto& { return o.warnings; });
   f.add(
       "steps", kCount, "steps", "Accepted steps of the integrator.", [](auto& o) -> auto& { return o.solver.steps; });
+  const auto fixed = [](const Outcome& o) { return o.step > 0.0; };
+  f.add(
+       "step", kTime, "step", "Fixed step of the integrator; 0 where error control chooses each.",
+       [](auto& o) -> auto& { return o.step; })
+      .shown_when(fixed);
+  f.add(
+       "step_max", kTime, "longest stable step", "Bound of the step, beyond which the motion would be unstable.",
+       [](auto& o) -> auto& { return o.step_max; })
+      .shown_when(fixed)
+      .noting([](const Outcome& o) { return o.step_limited_by; });
+  f.add(
+      "step_limited_by", kNoUnit, "", "The input that sets step_max: the stiffest part.",
+      [](auto& o) -> auto& { return o.step_limited_by; });
   f.add(
       "rejected_steps", kCount, "rejected steps", "Rejected steps of the integrator.",
       [](auto& o) -> auto& { return o.solver.rejected_steps; });

@@ -194,10 +194,12 @@ struct Simulation::Impl {
     for (const inputs::Warning& w : inputs::warnings(scenario)) warnings.push_back(to_string(w));
     motion->start(scenario.solver, state);
     integrator = &motion->integrator();
+    if (scenario.solver.fixed_step) strictest = model::step_limits(scenario).front();
   }
 
   const inputs::Scenario scenario;
   const std::unique_ptr<Motion> motion;
+  std::optional<model::StepLimit> strictest;  // of a fixed step
   const model::TrainModel& model;
   model::StateVector state;  // at time
   outcome::Monitor monitor;
@@ -392,6 +394,11 @@ outcome::Outcome Simulation::outcome() const {
   o.message = impl_->message;
   o.warnings = impl_->warnings;
   o.solver = impl_->integrator->statistics();
+  if (impl_->strictest) {
+    o.step = *impl_->scenario.solver.fixed_step;
+    o.step_max = impl_->strictest->step_max;
+    o.step_limited_by = impl_->strictest->key;
+  }
   o.wall_time = impl_->wall_time;
   outcome::judge(o);
   return o;

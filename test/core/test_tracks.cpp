@@ -1,10 +1,16 @@
 // Lines of points become tracks: known curves are found, noise is smoothed, what is wrong has its row.
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <sstream>
 #include <vector>
+
+#ifdef TRAIN_DERAIL_GDAL
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+#endif
 
 #include "command_line.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -316,6 +322,38 @@ std::string tilted_map() {
     out << '\n';
   }
   return out.str();
+}
+
+/// Writes the map again as a GeoTIFF that names its system.
+void write_geotiff(const std::string& from, const std::string& to) {
+  GDALAllRegister();
+  const GDALDatasetUniquePtr map(GDALDataset::Open(from.c_str(), GDAL_OF_RASTER));
+  ASSERT_TRUE(map);
+  OGRSpatialReference utm;
+  ASSERT_EQ(utm.importFromEPSG(32614), OGRERR_NONE);
+  GDALDriver* tiff = GetGDALDriverManager()->GetDriverByName("GTiff");
+  const GDALDatasetUniquePtr copy(tiff->CreateCopy(to.c_str(), map.get(), FALSE, nullptr, nullptr, nullptr));
+  ASSERT_TRUE(copy);
+  ASSERT_EQ(copy->SetSpatialRef(&utm), CE_None);
+}
+
+TEST_F(TrackFiles, AGeoTiffSaysItsSystemAndIsTheSameGround) {
+  put("map.asc", tilted_map());
+  write_geotiff(at("map.asc"), at("map.tif"));
+  const std::string place = " --derail-at=-98.559886,46.1801 --heading \"75 deg\" --base " + base() + " -o ";
+  const auto ground = [&](const std::string& map, const std::string& system) {
+    const Result made = derail("import terrain " + at(map) + place + at(map + ".yaml") + system);
+    EXPECT_EQ(made.code, 0) << made.out;
+    return inputs::read_scenario_file(at(map + ".yaml")).terrain.grid;
+  };
+  const inputs::TerrainGrid tiff = ground("map.tif", ""), ascii = ground("map.asc", " --system EPSG:32614");
+  ASSERT_EQ(tiff.rows.size(), ascii.rows.size());
+  ASSERT_GT(tiff.rows.size(), 10U);
+  for (std::size_t i = 0; i < tiff.rows.size(); ++i) EXPECT_EQ(tiff.rows[i].heights, ascii.rows[i].heights) << i;
+  std::filesystem::resize_file(at("map.tif"), 100);
+  const Result cut = derail("import terrain " + at("map.tif") + place + at("cut.yaml"));
+  EXPECT_EQ(cut.code, 2);
+  EXPECT_NE(cut.out.find("map.tif"), std::string::npos) << cut.out;
 }
 
 TEST_F(TrackFiles, AMapOfHeightsBecomesTheGroundBesideTheTrack) {

@@ -179,6 +179,9 @@ struct Outcome {
   std::string message;                ///< why the integration failed; empty otherwise
   std::vector<std::string> warnings;  ///< what to check before the numbers are believed; one line each
   solver::Statistics solver;          ///< counters of the integrator
+  double step = 0.0;                  ///< fixed step of the integrator [s]; 0: error control chooses each
+  double step_max = 0.0;              ///< longest stable step (model::step_limits) [s]; 0 with error control
+  std::string step_limited_by;        ///< input that makes a longer one unstable; empty with error control
   double wall_time = 0.0;             ///< computing time of integration and monitoring [s]
 
   /// Largest coupler force, buff or draft, a magnitude [N].

@@ -33,7 +33,7 @@ struct TopicFacts {
   std::string_view name;     ///< "~cars": below the name of the node; "/tf": the same for all nodes
   std::uint32_t queue;       ///< messages that are kept for a subscriber that is slow
   Latched latched;           ///< streams are latched too, so that who joins a paused run sees where it stands
-  std::string_view meaning;  ///< a cell of the table in docs/topics.md
+  std::string_view meaning;  ///< as in docs/topics.md
 };
 
 /// Deep enough for a subscriber that keeps up on average at rate 0; a bound for one that has stopped reading.
