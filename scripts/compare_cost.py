@@ -1,11 +1,14 @@
 #!/usr/bin/python3
-"""Times derail, SciPy and the multibody engine on one scenario, in turn, and prints the ratios.
+"""Times one train in derail's models, SciPy, the multibody engine and ODE, in turn, and prints a table.
 
-  scripts/compare_cost.py config/baseline.yaml [--derail PATH] [--runs N] [--slow-runs N]
+  scripts/compare_cost.py config/baseline.yaml [--derail PATH] [--ode PATH] [--runs N] [--slow-runs N]
 
-derail and the engine are timed as whole processes, SciPy (solve_ivp, RK45, right-hand side in NumPy, restarted where a car
+FILE is a scenario of the paper's model. What is computed differs: the last column says it.
+
+derail, the engine and ODE are timed as whole processes, SciPy (solve_ivp, RK45, right-hand side in NumPy, restarted where a car
 passes the point of derailment) inside this one. Medians of processor time, which others on the machine disturb least; each uses
-one core. Needs python3-scipy.
+one core. Needs python3-scipy. ODE: the program benchmark/ode_chain of a build with -DTRAIN_DERAIL_BENCHMARKS=ON, where
+libode-dev is installed.
 """
 
 import argparse
@@ -20,6 +23,9 @@ import tempfile
 import numpy as np
 import yaml
 from scipy.integrate import solve_ivp
+
+CONFIG = os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'config')
+ODE_STEP, ODE_ITERATIONS = 0.002, 20  # s, that of config/accident.yaml; ODE's own default
 
 
 def expand(scenario):
@@ -132,35 +138,101 @@ def timed(action, runs):
     return statistics.median(seconds), result
 
 
+class Derail:
+    """The program, on scenarios of FILE's train."""
+
+    def __init__(self, program, scenario, folder):
+        self.program, self.scenario, self.folder = program, scenario, folder
+
+    def __call__(self, *arguments):
+        run = subprocess.run([self.program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        if run.returncode != 0:
+            raise SystemExit(f'compare_cost.py: {self.program} {" ".join(arguments)}: {run.stderr.decode().strip()}')
+        return run.stdout
+
+    def outcome(self, file):
+        return json.loads(self('run', file, '--json', '-', '--quiet'))
+
+    def written(self, name, tree):
+        path = os.path.join(self.folder, name)
+        with open(path, 'w', encoding='utf-8') as file:
+            yaml.safe_dump(tree, file)
+        return path
+
+    def like(self, preset):
+        """A scenario with the cars and the speed of FILE and all else of a preset."""
+        return self.written(f'like_{preset}', {
+            'base': os.path.realpath(os.path.join(CONFIG, preset)),
+            'consist': self.scenario['consist'],
+            'initial': {'speed': self.scenario['initial']['speed']},
+        })
+
+    def by_engine(self, file):
+        study = self.written('study.yaml', {
+            'scenario': os.path.abspath(file), 'plan': 'grid', 'replicates': 1,
+            'factors': [{'key': 'initial.speed', 'values': [self.scenario['initial']['speed']]}],
+        })
+        out = tempfile.mkdtemp(dir=self.folder)
+        self('study', study, '--engine', 'multibody', '--jobs', '1', '--quiet', '--out', out)
+
+
+def by_ode(program, scenario):
+    """What it prints."""
+    mass, inertia, half, _, _ = expand(scenario)
+    width = [block['width'] for block in scenario['consist'] for _ in range(block['count'])]
+    ground, initial, stop = scenario['ground'], scenario['initial'], scenario['stop']
+    run = (scenario['coupler']['length'], ground['on_track_friction'], ground['off_track_friction'], initial['speed'],
+           initial['yaw_rate'], ODE_STEP, stop['speed'], stop['time_max'], ODE_ITERATIONS)
+    lines = [run, *zip(mass, inertia, 2.0 * half, width)]
+    text = '\n'.join(' '.join(f'{x:.17g}' for x in line) for line in lines)
+    return json.loads(subprocess.run([program], check=True, input=text, text=True, stdout=subprocess.PIPE).stdout)
+
+
+def measured(program, file, ode=None, runs=10, slow_runs=3):
+    """Rows: name, processor time [s], simulated time [s], what is computed."""
+    rows = []
+
+    def row(name, what, count, action, simulated=None):
+        seconds, result = timed(action, count)
+        rows.append((name, seconds, simulated or result['stop_time'], what))
+
+    with tempfile.TemporaryDirectory() as folder:
+        derail = Derail(program, yaml.safe_load(Derail(program, None, folder)('check', file)), folder)
+        row('derail, the paper\'s model', 'plane; elastic couplers with slack', runs, lambda: derail.outcome(file))
+        stop = rows[0][2]
+        for name, preset, what in (
+            ('derail, accident model', 'accident.yaml', 'plane; rails, brakes, contact'),
+            ('derail, spatial model', 'accident3d.yaml', 'the same in three dimensions'),
+        ):
+            like = derail.like(preset)
+            row(name, what, runs, lambda like=like: derail.outcome(like))
+        row('SciPy RK45', 'as the first', slow_runs, lambda: by_scipy(derail.scenario, stop), stop)
+        row('multibody engine', 'as the first', slow_runs, lambda: derail.by_engine(file), stop)
+        if ode:
+            row('ODE', 'three dimensions; rigid bars, contact', slow_runs, lambda: by_ode(ode, derail.scenario))
+    return rows
+
+
+def table(rows):
+    """Markdown."""
+    lines = ['| one train | ms | simulated, s | ms a simulated second, over the first | what is computed |',
+             '|---|---|---|---|---|']
+    first = rows[0][1] / rows[0][2]
+    for name, seconds, simulated, what in rows:
+        each = seconds / simulated / first
+        lines.append(f'| {name} | {1e3 * seconds:.{0 if seconds > 0.1 else 1}f} | {simulated:.1f} | {each:.{0 if each > 9.5 else 1}f} | {what} |')
+    return '\n'.join(lines)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('file', metavar='FILE', help='scenario, YAML')
     parser.add_argument('--derail', default='derail', help='program to time (default: derail)')
+    parser.add_argument('--ode', metavar='PROGRAM', help='benchmark/ode_chain of a build; without it no row for ODE')
     parser.add_argument('--runs', type=int, default=10, help='of derail (default: 10)')
-    parser.add_argument('--slow-runs', type=int, default=3, help='of either of the others (default: 3)')
+    parser.add_argument('--slow-runs', type=int, default=3, help='of each of the others (default: 3)')
     given = parser.parse_args()
-
-    def derail(*arguments):
-        return subprocess.run([given.derail, *arguments], check=True, stdout=subprocess.PIPE).stdout
-
-    scenario = yaml.safe_load(derail('check', given.file))
-    ours, out = timed(lambda: derail('run', given.file, '--json', '-', '--quiet'), given.runs)
-    outcome = json.loads(out)
-    rows = [('derail run', ours, f'{outcome["steps"]} steps, {outcome["rhs_evaluations"]} evaluations')]
-    seconds, evaluations = timed(lambda: by_scipy(scenario, outcome['stop_time']), given.slow_runs)
-    rows.append(('SciPy RK45', seconds, f'{evaluations} evaluations'))
-    with tempfile.TemporaryDirectory() as folder:
-        study = os.path.join(folder, 'study.yaml')
-        with open(study, 'w', encoding='utf-8') as file:
-            yaml.safe_dump({
-                'scenario': os.path.abspath(given.file), 'plan': 'grid', 'replicates': 1,
-                'factors': [{'key': 'initial.speed', 'values': [scenario['initial']['speed']]}],
-            }, file)
-        engine = ('study', study, '--engine', 'multibody', '--jobs', '1', '--quiet', '--out')
-        seconds, _ = timed(lambda: derail(*engine, tempfile.mkdtemp(dir=folder)), given.slow_runs)
-    rows.append(('multibody engine', seconds, ''))
-    for name, seconds, remark in rows:
-        print(f'{name:18s} {1e3 * seconds:9.1f} ms   x {seconds / ours:6.1f}   {remark}'.rstrip())
+    print(table(measured(given.derail, given.file, given.ode, given.runs, given.slow_runs)))
     return 0
 
 

@@ -60,7 +60,7 @@ struct Trigonometry<xsimd::batch<double, Set>> {
 #ifdef __AVX512F__
 /// The processor's estimate (relative error below 2^-14) and the series of (1 - e)^(-1/2): to a unit in the last place.
 /// Square roots and divisions of eight numbers took a third of the right-hand side on an Intel Xeon
-/// (docs/performance.md).
+/// (docs/performance_history.md).
 template <>
 struct Roots<xsimd::batch<double, xsimd::avx512f>> {
   using B = xsimd::batch<double, xsimd::avx512f>;
