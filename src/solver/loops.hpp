@@ -24,8 +24,9 @@ struct VectorLoops {
   double (*sum)(const double* x, std::ptrdiff_t n);
   /// w = 1 / (rtol |y| + atol), to single precision.
   void (*weights)(double rtol, double atol, const double* y, double* w, std::ptrdiff_t n);
-  /// v += h a, q += h v.
-  void (*move)(std::ptrdiff_t n, double h, const double* a, double* v, double* q);
+  /// v = v_before + h a, q = q_before + h v.
+  void (*move)(std::ptrdiff_t n, double h, const double* a, const double* v_before, const double* q_before, double* v,
+               double* q);
 };
 
 inline constexpr int kTermsMax = 8;  // of a step of the Runge-Kutta pairs

@@ -89,12 +89,13 @@ void weights(double rtol, double atol, const double* y, double* w, std::ptrdiff_
 }
 
 template <class B>
-[[gnu::flatten]] void move(std::ptrdiff_t n, double h, const double* a, double* v, double* q) {
+[[gnu::flatten]] void move(std::ptrdiff_t n, double h, const double* a, const double* v_before, const double* q_before,
+                           double* v, double* q) {
   for_each_once<B>(n, [&](std::ptrdiff_t i, auto zero) {
     using K = Lanes<decltype(zero)>;
-    const auto moved = K::load(v + i) + h * K::load(a + i);
+    const auto moved = K::load(v_before + i) + h * K::load(a + i);
     K::store(moved, v + i);
-    K::store(K::load(q + i) + h * moved, q + i);
+    K::store(K::load(q_before + i) + h * moved, q + i);
   });
 }
 

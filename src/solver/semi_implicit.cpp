@@ -36,8 +36,9 @@ class SemiImplicit final : public Integrator {
       result.message = fmt::format("the accelerations are not finite (last good time {} s)", t);
       return result;
     }
-    before_ = state_;
-    loops().move(n, h_, acceleration_.data(), state_.data() + n, state_.data());
+    before_.swap(state_);
+    loops().move(n, h_, acceleration_.data(), before_.data() + n, before_.data(), state_.data() + n, state_.data());
+    state_.tail(state_.size() - 2 * n) = before_.tail(state_.size() - 2 * n);
     ++steps_;
     system_.settle(t, h_, before_.data(), state_.data());
     return result;

@@ -49,7 +49,7 @@ TEST(SolverLoops, EveryVersionComputesWhatItsNameSays) {
       expect_near(z, expected, 1e-4);  // of about 100: single precision
 
       Column v = b, q = c, v_expected = b, q_expected = c;
-      loops->move(n, 0.1, a.data(), v.data(), q.data());
+      loops->move(n, 0.1, a.data(), v.data(), q.data(), v.data(), q.data());
       for (std::size_t i = 0; i < a.size(); ++i) {
         v_expected[i] += 0.1 * a[i];
         q_expected[i] += 0.1 * v_expected[i];
