@@ -41,8 +41,10 @@ AirBrakes::AirBrakes(const inputs::Scenario& scenario, const std::vector<Car>& c
 }
 
 void AirBrakes::prepare(double t) {
-  if (law_.law == inputs::BrakeLaw::air)
-    loops_.brake(share_.size(), law_, t, ratio_.data(), signal_.data(), share_.data());
+  if (law_.law != inputs::BrakeLaw::air || (known_ && (t < changes_from_ || found_at_ > changes_to_))) return;
+  loops_.brake(share_.size(), law_, t, ratio_.data(), signal_.data(), share_.data());
+  known_ = true;
+  found_at_ = t;
 }
 
 double AirBrakes::full_share(Eigen::Index car) const {
@@ -66,8 +68,23 @@ void AirBrakes::open(double t, double place) {
   for (Eigen::Index k = 0; k < pipe_.size(); ++k) {
     if (source_[static_cast<std::size_t>(k)]) spread(t + law_.radio_delay, pipe_[k]);
   }
+  find_changes();
 }
 
-void AirBrakes::walk(files::Archive& archive) { archive.column("signal", signal_); }
+void AirBrakes::find_changes() {
+  known_ = false;
+  changes_from_ = inputs::kInfinity;
+  changes_to_ = -inputs::kInfinity;
+  for (const double signal : signal_) {
+    if (!(signal < inputs::kInfinity)) continue;
+    changes_from_ = std::min(changes_from_, signal + law_.dead_time);
+    changes_to_ = std::max(changes_to_, signal + law_.dead_time + law_.build_up_time);
+  }
+}
+
+void AirBrakes::walk(files::Archive& archive) {
+  archive.column("signal", signal_);
+  find_changes();
+}
 
 }  // namespace train_derail::model

@@ -30,6 +30,8 @@ class AirBrakes final : public Part {
 
  private:
   void open(double t, double place);
+  /// When brakes build up; to be called whenever a signal has changed.
+  void find_changes();
 
   const inputs::Brakes law_;
   const ExtendedKernels& loops_;
@@ -38,6 +40,9 @@ class AirBrakes final : public Part {
   ArrayX pipe_;               // place of each car along the brake pipe [m]
   ArrayX signal_;             // when the emergency signal comes [s]
   ArrayX share_;
+  // Before the first brake builds up, and once all that have been applied are full, shares need not be found again.
+  bool known_ = false;  // share_ has been found, at found_at_ [s], and no signal has changed since then
+  double found_at_ = 0.0, changes_from_ = inputs::kInfinity, changes_to_ = -inputs::kInfinity;
 };
 
 }  // namespace train_derail::model
