@@ -162,6 +162,11 @@ void describe_rails(V& v, R& r) {
            {"Time for which derail_ratio must be exceeded before the truck leaves the rails.", &kYieldingRails});
   v.number("torn_length", r.torn_length, {"m", "ft", between(0, 100), between(0, 30)},
            {"Length of track that a truck tears up where it leaves the rails; 0: none.", &kYieldingRails});
+  v.number("rolling_share", r.rolling_share, {"1", "", between(0, 1), between(0, 0.5)},
+           {"Cars on sound rails, far from what is off them, only roll along the track while L/V stays below this "
+            "share of derail_ratio; 0: "
+            "they never do.",
+            &kRolling});
 }
 
 template <class V, class T>

@@ -179,6 +179,9 @@ inline constexpr When kOnRails{[](const Scenario& s) { return s.ground.on_track_
 inline constexpr When kYieldingRails{
     [](const Scenario& s) { return s.ground.on_track_law == OnTrackLaw::rails && s.rails.derail_ratio < kInfinity; },
     "ground.on_track_law: rails and a finite rails.derail_ratio"};
+inline constexpr When kRolling{
+    [](const Scenario& s) { return model_of(s) == Model::extended && kYieldingRails.holds(s); },
+    "model: extended, ground.on_track_law: rails and a finite rails.derail_ratio"};
 inline constexpr When kFrictionBrakes{[](const Scenario& s) { return s.brakes.law == BrakeLaw::friction; },
                                       "brakes.law: friction"};
 inline constexpr When kAirBrakes{[](const Scenario& s) { return s.brakes.law == BrakeLaw::air; }, "brakes.law: air"};

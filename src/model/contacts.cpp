@@ -221,6 +221,29 @@ void Contacts::note(double t, double h, Pair& pair, const Manifold& m, const Vec
   impact.peak_force = std::max(impact.peak_force, force);
 }
 
+void Contacts::mark_near(const CarColumns& q, const std::vector<bool>& asked, std::vector<bool>& near) {
+  for (Pair& pair : pairs_) {
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    if (!asked[a] && !asked[b]) continue;
+    if (pair.apart < kNear) {
+      place(a, q);
+      place(b, q);
+      pair.apart = gap(boxes_[a], boxes_[b]) - kBlur;
+    }
+    if (!(pair.apart < kNear)) continue;
+    near[a] = near[a] || asked[a];
+    near[b] = near[b] || asked[b];
+  }
+}
+
+bool Contacts::touches(const BusyCars& cars) const {
+  const auto among = [&](int car) {
+    return std::any_of(cars.ranges, cars.ranges + cars.count,
+                       [car](const CarRange& r) { return car >= r.from && car < r.to; });
+  };
+  return std::any_of(pushes_.begin(), pushes_.end(), [&](const Push& p) { return among(p.a) || among(p.b); });
+}
+
 void Contacts::account(double h, const CarColumns& before, const CarColumns& after) {
   double crushing = 0.0, friction = 0.0;
   for (const Push& p : pushes_) {

@@ -25,6 +25,11 @@ class Contacts final : public Part {
   void add(double t, double h, const CarColumns& cars, const Wrenches& sum) override;
   void account(double h, const CarColumns& before, const CarColumns& after) override;
   void walk(files::Archive& archive) override;
+  /// Marks cars with `asked` (one a car) that another body is nearer to than kNear.
+  void mark_near(const CarColumns& cars, const std::vector<bool>& asked, std::vector<bool>& near);
+  /// Whether a body has pushed one of these cars in this step.
+  bool touches(const BusyCars& cars) const;
+  static constexpr double kNear = 0.5;  ///< m; less than coupled cars are apart
 
  private:
   struct Pair {

@@ -42,7 +42,7 @@ inline constexpr std::ptrdiff_t kBusyBlock = 8;
 struct CarRange {
   std::ptrdiff_t from, to;
 };
-/// The cars that have to be looked at, in order.
+/// The cars that have to be looked at, in order; or trucks, of those cars.
 struct BusyCars {
   const CarRange* ranges = nullptr;
   std::ptrdiff_t count = 0;
@@ -59,7 +59,8 @@ struct ExtendedArrays : PlanarArrays {
   CouplerArrays couplers;
   TruckArrays trucks;
   double *fx = nullptr, *fy = nullptr, *moment = nullptr;  ///< car: sums of forces and moments
-  const BusyCars* busy = nullptr;  ///< forces, work, accelerations, headings and places are found for these alone
+  const BusyCars* busy = nullptr;     ///< forces, work, accelerations, headings and places are found for these alone
+  const BusyCars* rolling = nullptr;  ///< others that only roll: forces along the track, work and accelerations
 };
 
 /// Places of trucks by the track, one entry a truck.
@@ -95,27 +96,27 @@ struct ExtendedKernels : PlanarKernels {
   /// No point of any car moves faster [m/s]; `radius`: of a circle around each car [m].
   double (*fastest_point)(std::ptrdiff_t cars, const double* vx, const double* vy, const double* omega,
                           const double* radius);
-  /// Turns cosine and sine by `angle` (one a car, small) [rad].
-  void (*turn)(const ExtendedArrays&, const double* angle);
+  /// Turns cosine and sine by what headings have turned between two states, which is little.
+  void (*turn)(const ExtendedArrays&, const double* before, const double* after);
   /// Places of the trucks: px, py, one a truck [m].
   void (*places)(const ExtendedArrays&, const double* y, double* px, double* py);
   /// Counts up `overloaded` [s] as overloaded_time() does, from the lateral forces `before` to those `now` [N] (one a
   /// truck). Whether any truck has been overloaded for longer than rails.derail_time.
-  bool (*overload)(std::ptrdiff_t trucks, const inputs::Rails&, double h, const double* before, const double* now,
+  bool (*overload)(const BusyCars& trucks, const inputs::Rails&, double h, const double* before, const double* now,
                    const double* load, double* overloaded);
   /// Of the trucks with held[i] = 1 (others: 0), which have come from arc length before[i] to now[i]; track may be torn
   /// between `from` and `to`.
-  OnBadTrack (*on_bad_track)(std::ptrdiff_t trucks, const double* held, const double* before, const double* now,
+  OnBadTrack (*on_bad_track)(const BusyCars& trucks, const double* held, const double* before, const double* now,
                              double from, double to);
   /// Where trucks that were near arc length before[i] have come to by a curved track: arc length, offset to the left
   /// and tangent there.
   void (*locate)(std::ptrdiff_t cars, const BusyCars& busy, const TrackLine& line, const double* px, const double* py,
                  const double* before, const TruckPlaces& found);
   /// offset[i] -= held[i] * the deviation of the rails at arc length s[i].
-  void (*subtract_alignment)(std::ptrdiff_t trucks, const TrackTable& table, const double* s, const double* held,
+  void (*subtract_alignment)(const BusyCars& trucks, const TrackTable& table, const double* s, const double* held,
                              double* offset);
   /// Whether the track is torn at any arc length s[i] with held[i] = 1 (others: 0).
-  bool (*any_torn)(std::ptrdiff_t trucks, const TrackTable& torn, const double* s, const double* held);
+  bool (*any_torn)(const BusyCars& trucks, const TrackTable& torn, const double* s, const double* held);
 };
 
 extern const ExtendedKernels kExtendedPlain, kExtendedSse2, kExtendedAvx2, kExtendedAvx512;

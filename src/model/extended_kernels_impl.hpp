@@ -5,6 +5,7 @@
 
 #include "model/extended_kernels.hpp"
 #include "model/kernels_impl.hpp"
+#include "model/rolling_kernels_impl.hpp"
 #include "model/truck_parts.hpp"
 #include "train_derail/model/brake_law.hpp"
 #include "train_derail/model/coupler_law.hpp"
@@ -13,17 +14,6 @@
 #include "train_derail/model/rail_law.hpp"
 
 namespace train_derail::model {
-
-/// for_blocks() over the first `n` entries of columns with one entry a car, of cars that are busy.
-template <std::ptrdiff_t width, class Body>
-void for_busy(const BusyCars& busy, std::ptrdiff_t n, const Body& body) {
-  for (const CarRange* r = busy.ranges; r != busy.ranges + busy.count; ++r) {
-    const std::ptrdiff_t to = r->to < n ? r->to : n;
-    std::ptrdiff_t i = r->from;
-    for (; i + width <= to; i += width) body(i, std::ptrdiff_t{0});
-    if (i < to) body(to - width, width - (to - i));
-  }
-}
 
 template <class B>
 [[gnu::flatten]] CouplerPeaks couple(const ExtendedArrays& a, const double* state) {
@@ -73,7 +63,8 @@ template <class B, bool straight>
 [[gnu::flatten]] CouplerPeaks forces_on(const ExtendedArrays& a, const double* state) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
-  const CouplerPeaks peaks = couple<B>(a, state);
+  CouplerPeaks peaks = couple<B>(a, state);
+  roll_couplers<B, straight>(a, state, peaks);
   for_busy<L::count>(*a.busy, n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
     const B c = L::load(a.cosine + k), s = L::load(a.sine + k), w = L::load(state + OMEGA * n + k);
     const B vx = L::load(state + VX * n + k), vy = L::load(state + VY * n + k);
@@ -94,6 +85,7 @@ template <class B, bool straight>
     L::store(fy, a.fy + k);
     L::store(moment, a.moment + k);
   });
+  roll_cars<B, straight>(a, state);
   return peaks;
 }
 
@@ -137,6 +129,7 @@ template <class B, bool straight>
                             (rx * L::load(a.couplers.ux + i) + ry * L::load(a.couplers.uy + i));
   });
   spent.work_coupler_damping += h * L::sum(damping);
+  roll_work<B, straight>(a, before, after, h, spent);
 }
 
 template <class B>
@@ -147,13 +140,15 @@ void extended_work(const ExtendedArrays& a, const double* before, const double* 
 
 template <class B>
 [[gnu::flatten]] void accelerate(const ExtendedArrays& a, double* result) {
-  using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
-  for_busy<L::count>(*a.busy, n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
-    L::store(L::load(a.fx + k) * L::load(a.inverse_mass + k), result + k);
-    L::store(L::load(a.fy + k) * L::load(a.inverse_mass + k), result + n + k);
-    L::store(L::load(a.moment + k) * L::load(a.inverse_inertia + k), result + 2 * n + k);
-  });
+  for (const BusyCars* cars : {a.busy, a.rolling}) {
+    for_each_busy<B>(*cars, n, [&](std::ptrdiff_t k, auto zero) {
+      using L = Lanes<decltype(zero)>;
+      L::store(L::load(a.fx + k) * L::load(a.inverse_mass + k), result + k);
+      L::store(L::load(a.fy + k) * L::load(a.inverse_mass + k), result + n + k);
+      L::store(L::load(a.moment + k) * L::load(a.inverse_inertia + k), result + 2 * n + k);
+    });
+  }
 }
 
 template <class B>
@@ -180,10 +175,10 @@ template <class B>
 }
 
 template <class B>
-void turn_at(const ExtendedArrays& a, const double* angle, std::ptrdiff_t k) {
+void turn_at(const ExtendedArrays& a, const double* before, const double* after, std::ptrdiff_t k) {
   using L = Lanes<B>;
   static constexpr double kSmall = 0.05;  // rad, below which the series are exact to rounding
-  const B d = L::load(angle + k), d2 = d * d;
+  const B d = L::load(after + THETA * a.cars + k) - L::load(before + THETA * a.cars + k), d2 = d * d;
   B c = 1.0 + d2 * (-0.5 + d2 * (1.0 / 24.0 + d2 * (-1.0 / 720.0 + d2 * (1.0 / 40320.0))));
   B s = d * (1.0 + d2 * (-1.0 / 6.0 + d2 * (1.0 / 120.0 + d2 * (-1.0 / 5040.0))));
   if (any(d2 > B(kSmall * kSmall))) Trigonometry<B>::sine_cosine(d, s, c);
@@ -195,12 +190,13 @@ void turn_at(const ExtendedArrays& a, const double* angle, std::ptrdiff_t k) {
 }
 
 template <class B>
-[[gnu::flatten]] void turn(const ExtendedArrays& a, const double* angle) {
-  for (const CarRange* r = a.busy->ranges; r != a.busy->ranges + a.busy->count; ++r) {
-    std::ptrdiff_t k = r->from;
-    for (; k + Lanes<B>::count <= r->to; k += Lanes<B>::count) turn_at<B>(a, angle, k);
-    for (; k < r->to; ++k) turn_at<double>(a, angle, k);  // no block twice: a turn is not idempotent
-  }
+[[gnu::flatten]] void turn(const ExtendedArrays& a, const double* before, const double* after) {
+  for_each_busy<B>(*a.busy, a.cars, [&](std::ptrdiff_t k, auto zero) {  // not twice: a turn is not idempotent
+    turn_at<decltype(zero)>(a, before, after, k);
+  });
+  if (a.straight) return;
+  for_each_busy<B>(*a.rolling, a.cars,
+                   [&](std::ptrdiff_t k, auto zero) { turn_at<decltype(zero)>(a, before, after, k); });
 }
 
 template <class B>
@@ -218,32 +214,29 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] bool overload(std::ptrdiff_t trucks, const inputs::Rails& rails, double h, const double* before,
+[[gnu::flatten]] bool overload(const BusyCars& trucks, const inputs::Rails& rails, double h, const double* before,
                                const double* now, const double* load, double* overloaded) {
-  using L = Lanes<B>;
-  std::ptrdiff_t i = 0;
   B longest(0.0);
-  for (; i + L::count <= trucks; i += L::count) {
-    const B time =
-        overloaded_time<B>(rails, L::load(before + i), L::load(now + i), L::load(load + i), h, L::load(overloaded + i));
+  double longest_of_one = 0.0;
+  for_each_busy<B>(trucks, [&](std::ptrdiff_t i, auto zero) {  // not twice: it counts
+    using K = decltype(zero);
+    using L = Lanes<K>;
+    const K time =
+        overloaded_time<K>(rails, L::load(before + i), L::load(now + i), L::load(load + i), h, L::load(overloaded + i));
     L::store(time, overloaded + i);
-    longest = select(time > longest, time, longest);
-  }
-  bool yields = L::max(longest) > rails.derail_time;
-  for (; i < trucks; ++i) {  // not twice: it counts
-    overloaded[i] = overloaded_time<double>(rails, before[i], now[i], load[i], h, overloaded[i]);
-    yields = yields || overloaded[i] > rails.derail_time;
-  }
-  return yields;
+    if constexpr (std::is_same_v<K, B>) longest = select(time > longest, time, longest);
+    else longest_of_one = time > longest_of_one ? time : longest_of_one;
+  });
+  return Lanes<B>::max(longest) > rails.derail_time || longest_of_one > rails.derail_time;
 }
 
 template <class B>
-[[gnu::flatten]] OnBadTrack on_bad_track(std::ptrdiff_t trucks, const double* held, const double* before,
+[[gnu::flatten]] OnBadTrack on_bad_track(const BusyCars& trucks, const double* held, const double* before,
                                          const double* now, double from, double to) {
   using L = Lanes<B>;
   const B zero(0.0);
   B passes(0.0), torn(0.0);
-  for_blocks<L::count>(trucks, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+  for_busy<L::count>(trucks, [&](std::ptrdiff_t i, std::ptrdiff_t) {
     const B is_held = L::load(held + i), was = L::load(before + i), is = L::load(now + i);
     passes = passes + select(was < zero, select(is >= zero, is_held, zero), zero);
     torn = torn + select(is >= B(from), select(is <= B(to), is_held, zero), zero);
@@ -302,27 +295,23 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] void subtract_alignment(std::ptrdiff_t trucks, const TrackTable& table, const double* s,
+[[gnu::flatten]] void subtract_alignment(const BusyCars& trucks, const TrackTable& table, const double* s,
                                          const double* held, double* offset) {
-  using L = Lanes<B>;
-  std::ptrdiff_t i = 0;
-  const auto subtract = [&](auto lanes) {
+  for_each_busy<B>(trucks, [&](std::ptrdiff_t i, auto lanes) {  // not twice: it subtracts
     using One = decltype(lanes);
     using K = Lanes<One>;
     const One bin = bin_of<One>(table, K::load(s + i));
     const One first = K::look_up(table.values, bin), next = K::look_up(table.values + 1, bin);
     K::store(K::load(offset + i) - K::load(held + i) * (first + K::fraction(bin) * (next - first)), offset + i);
-  };
-  for (; i + L::count <= trucks; i += L::count) subtract(B(0.0));
-  for (; i < trucks; ++i) subtract(0.0);  // not twice: it subtracts
+  });
 }
 
 template <class B>
-[[gnu::flatten]] bool any_torn(std::ptrdiff_t trucks, const TrackTable& torn, const double* s, const double* held) {
+[[gnu::flatten]] bool any_torn(const BusyCars& trucks, const TrackTable& torn, const double* s, const double* held) {
   using L = Lanes<B>;
   const B zero(0.0);
   B sum(0.0);
-  for_blocks<L::count>(trucks, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+  for_busy<L::count>(trucks, [&](std::ptrdiff_t i, std::ptrdiff_t) {
     const B place = L::load(s + i), bin = torn.bin(place);
     const B value = L::load(held + i) * L::look_up(torn.values, bin_of<B>(torn, place));
     sum = sum + select(bin >= zero, select(bin < B(torn.last + 1.0), value, zero), zero);

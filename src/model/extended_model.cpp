@@ -9,6 +9,7 @@
 #include "model/derailment_start.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/planar_rest.hpp"
+#include "model/planar_rolling.hpp"
 #include "model/rolled_away.hpp"
 #include "model/trucks.hpp"
 #include "simd/instruction_sets.hpp"
@@ -31,6 +32,7 @@ struct ExtendedModel::Parts {
   Couplers couplers;
   Trucks trucks;
   PlanarRest rest;
+  PlanarRolling rolling;
   const inputs::Track track;
   std::unique_ptr<Contacts> contacts;  // null: bodies pass through each other
   const bool front_first;              // the truck that is off first
@@ -44,6 +46,7 @@ struct ExtendedModel::Parts {
         couplers(train, s.coupler, brakes, record),
         trucks(train, cars, s, loops, brakes, record),
         rest(s.ground, train.cars(), couplers, trucks.arrays()),
+        rolling(s, train.cars(), cars, couplers, trucks, rest),
         track(s.track),
         front_first(starts_with_front(s)),
         still(starts_on_ties(s)),
@@ -61,7 +64,8 @@ struct ExtendedModel::Parts {
     arrays.brake_share = brakes.share().data();
     arrays.couplers = couplers.arrays();
     arrays.trucks = trucks.arrays();
-    arrays.busy = &rest.busy();
+    arrays.busy = &rest.busy().cars();
+    arrays.rolling = &rolling.cars();
     trucks.look_at(rest.busy());
   }
 };
@@ -70,7 +74,7 @@ ExtendedModel::ExtendedModel(const inputs::Scenario& scenario, const std::string
     : PlanarModel(scenario),
       parts_(
           std::make_unique<Parts>(*this, planar_arrays(), scenario, *kVersions.choose(car_count(), instruction_set))) {
-  for (auto* a : {&fx_, &fy_, &moment_, &turned_}) *a = ArrayX::Zero(car_count());
+  for (auto* a : {&fx_, &fy_, &moment_}) *a = ArrayX::Zero(car_count());
   ExtendedArrays& arrays = parts_->arrays;
   arrays.ground = &ground_;
   arrays.rails = &parts_->trucks.rails();
@@ -153,6 +157,7 @@ void ExtendedModel::walk(double t, const double* y, files::Archive& archive) {
   archive.group("trucks", [&] { parts_->trucks.walk(archive); });
   if (parts_->contacts) archive.group("contacts", [&] { parts_->contacts->walk(archive); });
   archive.group("rest", [&] { parts_->rest.walk(archive); });
+  archive.group("rolling", [&] { parts_->rolling.walk(archive); });
   if (archive.restoring()) find_forces(t, y);
 }
 
@@ -187,13 +192,12 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
   note_blockage(h);
   p.record.spent.work_off_track += p.rest.lay(y);
 
-  const Eigen::Index n = car_count();
-  turned_ = motion(y, n).col(THETA) - motion(before, n).col(THETA);
-  p.loops.turn(p.arrays, turned_.data());
+  p.loops.turn(p.arrays, before, y);
   p.loops.places(p.arrays, y, p.trucks.place_x(), p.trucks.place_y());
   const Step step{t, h, before, y};
   p.trucks.pass(step);
   p.trucks.locate();
+  p.record.spent.work_rails += p.rolling.look(h, y, p.contacts.get());
   p.trucks.keep_lateral();
   find_forces(step.end(), y);
   bool gave_way = false;
@@ -202,6 +206,7 @@ void ExtendedModel::settle(double t, double h, const double* before, double* y) 
   p.rest.keep({fx_.data(), fy_.data(), moment_.data()});
   p.couplers.note_peaks(step.end());
   p.trucks.order_derailments();
+  const Eigen::Index n = car_count();
   work(y, n)[WORK_ON_TRACK] = p.record.spent.work_on_track;
   work(y, n)[WORK_OFF_TRACK] = p.record.spent.work_off_track;
 }
@@ -217,6 +222,7 @@ void ExtendedModel::note_blockage(double h) {
   incidents.blockage_peak = std::max(incidents.blockage_peak, force);
 }
 
+bool ExtendedModel::rolls(Eigen::Index car) const { return parts_->rolling.rolls(car); }
 bool ExtendedModel::derailed(Eigen::Index car) const { return parts_->trucks.derailed(car); }
 bool ExtendedModel::past_pod(Eigen::Index car) const { return parts_->trucks.past_pod(car); }
 Cause ExtendedModel::cause(Eigen::Index car) const { return parts_->trucks.cause(car); }

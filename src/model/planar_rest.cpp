@@ -22,7 +22,8 @@ PlanarRest::PlanarRest(const inputs::Ground& law, const std::vector<Car>& cars, 
       trucks_(trucks),
       rest_(cars.size()),
       touched_(cars.size(), false),
-      fresh_(cars.size(), false) {
+      fresh_(cars.size(), false),
+      rolling_((cars.size() + static_cast<std::size_t>(kBlock) - 1) / static_cast<std::size_t>(kBlock), false) {
   for (const Car& c : cars) {
     radius_.push_back(std::hypot(0.5 * c.length, 0.5 * c.width));
     half_spacing_.push_back(0.5 * c.truck_spacing);
@@ -41,13 +42,14 @@ bool PlanarRest::off_rails(std::size_t car) const {
 
 void PlanarRest::find_busy() {
   const int n = static_cast<int>(mass_.size());
-  std::vector<bool> blocks(static_cast<std::size_t>((n + kBlock - 1) / kBlock), false);
+  std::vector<bool> blocks(rolling_.size(), false);
   const auto mark = [&blocks](int car) { blocks[static_cast<std::size_t>(car / kBlock)] = true; };
   joined_.clear();
   lying_cars_.clear();
+  looked_at_.clear();
   for (int k = 0; k < n; ++k) {
     if (!lies(k)) {
-      mark(k);
+      if (!rolling_[static_cast<std::size_t>(k / kBlock)]) mark(k);
       continue;
     }
     lying_cars_.push_back(k);
@@ -57,14 +59,14 @@ void PlanarRest::find_busy() {
     mark(k);
     joined_.push_back(k);
   }
-  ranges_.clear();
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    if (!blocks[b]) continue;
-    const Index from = static_cast<Index>(b) * kBlock, to = std::min<Index>(from + kBlock, n);
-    if (!ranges_.empty() && ranges_.back().to == from) ranges_.back().to = to;
-    else ranges_.push_back({from, to});
-  }
-  busy_ = {ranges_.data(), static_cast<Index>(ranges_.size())};
+  for (const int k : lying_cars_)
+    if (blocks[static_cast<std::size_t>(k / kBlock)]) looked_at_.push_back(k);
+  busy_.set(blocks, n);
+}
+
+void PlanarRest::leave_out(const std::vector<bool>& rolling) {
+  rolling_ = rolling;
+  find_busy();
 }
 
 void PlanarRest::begin(const Wrenches& sum) {
@@ -138,7 +140,7 @@ void PlanarRest::look(double h, const CarColumns& cars) {
   if (!(law_.rest_speed > 0.0) || ++unlooked_ < kSteps) return;
   unlooked_ = 0;
   for (std::size_t k = 0; k < mass_.size(); ++k) {
-    if (lies(static_cast<int>(k)) || !off_rails(k)) continue;
+    if (rolling_[k / static_cast<std::size_t>(kBlock)] || lies(static_cast<int>(k)) || !off_rails(k)) continue;
     // How far any point of it has come since it was seen first: bodies that are pressed together tremble.
     const double turned = cars.sine[k] * seen_cosine_[k] - cars.cosine[k] * seen_sine_[k];
     const double way = std::hypot(cars.x[k] - seen_x_[k], cars.y[k] - seen_y_[k]) + radius_[k] * std::abs(turned);
@@ -187,16 +189,13 @@ double PlanarRest::lay(double* y) {
 }
 
 void PlanarRest::keep(const Wrenches& sum) {
-  if (!any()) return;
-  for (const CarRange& r : ranges_) {
-    for (Index car = r.from; car < r.to; ++car) {
-      const auto k = static_cast<std::size_t>(car);
-      if (!rest_.lies(k)) continue;
-      fx_[k] = sum.fx[k];
-      fy_[k] = sum.fy[k];
-      moment_[k] = sum.moment[k];
-    }
-  }
+  const auto keep_forces = [&](std::size_t k) {
+    fx_[k] = sum.fx[k];
+    fy_[k] = sum.fy[k];
+    moment_[k] = sum.moment[k];
+  };
+  for (const int car : looked_at_) keep_forces(static_cast<std::size_t>(car));
+  for (const std::size_t k : to_lie_) keep_forces(k);
   if (to_lie_.empty()) return;
   // What pushes them even so is looked at once.
   for (const std::size_t k : to_lie_) {

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "model/car_ranges.hpp"
 #include "model/couplers.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
@@ -27,8 +28,11 @@ class PlanarRest {
 
   bool any() const { return rest_.any(); }
   bool lies(int car) const { return rest_.lies(static_cast<std::size_t>(car)); }
-  /// The cars that loops have to look at: all that move, and whose couplers join them to one that does.
-  const BusyCars& busy() const { return busy_; }
+  /// The cars that loops have to look at: all that move and do not only roll, and whose couplers join them to one that
+  /// moves.
+  const CarRanges& busy() const { return busy_; }
+  /// Blocks (of kBusyBlock) of cars that only roll from now on. None of them may lie.
+  void leave_out(const std::vector<bool>& rolling);
   /// Grows whenever another car lies, or one no longer does.
   std::size_t changes() const { return changes_; }
 
@@ -77,10 +81,11 @@ class PlanarRest {
   std::vector<std::size_t> let_go_;  // in this step
   double kept_ = 0.0;                // J, of them, that no force of this step has accounted for
   std::vector<int> joined_;          // cars that lie, with a coupler to one that moves
+  std::vector<int> looked_at_;       // cars that lie, but that the loops look at
   std::vector<int> lying_cars_;
   std::vector<std::size_t> to_lie_;
-  std::vector<CarRange> ranges_;
-  BusyCars busy_;
+  std::vector<bool> rolling_;  // one a block
+  CarRanges busy_;
   std::size_t changes_ = 0;
   int unlooked_ = 0;  // steps since look() has looked
 };

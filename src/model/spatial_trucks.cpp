@@ -229,16 +229,17 @@ void SpatialTrucks::find_offsets() {
     rail_twist_[truck] = along.twist;
   }
   if (!track.aligned()) {
-    loops_.subtract_alignment(static_cast<std::ptrdiff_t>(trucks), track.alignments(), arc_.data(), on_rails_.data(),
-                              offset_.data());
+    const CarRange all{0, static_cast<std::ptrdiff_t>(trucks)};
+    loops_.subtract_alignment({&all, 1}, track.alignments(), arc_.data(), on_rails_.data(), offset_.data());
   }
 }
 
 bool SpatialTrucks::give_way(double t, double h) {
   const std::size_t n = cars_.n;
   const inputs::Rails& rails = cars_.scenario.rails;
-  bool any = loops_.overload(static_cast<std::ptrdiff_t>(2 * n), rails, h, lateral_before_.data(), lateral_.data(),
-                             load_.data(), overloaded_.data());
+  const CarRange all{0, static_cast<std::ptrdiff_t>(2 * n)};
+  bool any =
+      loops_.overload({&all, 1}, rails, h, lateral_before_.data(), lateral_.data(), load_.data(), overloaded_.data());
   for (std::size_t truck = 0; any && truck < 2 * n; ++truck) {
     if (on_rails_[truck] == 0.0 || overloaded_[truck] <= rails.derail_time) continue;
     leave(t, truck, Cause::lateral, nullptr);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
@@ -59,8 +60,7 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
 
   const inputs::Perturbation& p = scenario.initial.perturbation;
   if (p.alignment > 0.0) {
-    // Independent deviations every 20 ft, with a cosine between them: wheels feel no steps.
-    constexpr std::size_t kBinsPerKnot = 4;
+    // Independent deviations every 20 ft (kBinsPerKnot), with a cosine between them: wheels feel no steps.
     boost::random::mt19937_64 generator(static_cast<std::uint64_t>(p.seed) ^ 0xa11941e47ULL);
     boost::random::normal_distribution<double> normal(0.0, p.alignment);
     alignment_.resize(bins);
@@ -77,6 +77,13 @@ Track::Track(const inputs::Scenario& scenario, double s_min, double s_max) {
       alignment_[i] = from + share[i % kBinsPerKnot] * (to - from);
     }
   }
+
+  std::map<double, double> kinks;
+  for (const inputs::Curve& c : scenario.track.curves) {
+    kinks[c.start] += c.curvature;
+    kinks[c.start + c.length] -= c.curvature;
+  }
+  kinks_.assign(kinks.begin(), kinks.end());
 
   if (!scenario.track.curves.empty()) {
     nodes_.resize(bins);
@@ -135,6 +142,26 @@ double Track::foot(const Vector2& p, double s) const {
     if (std::abs(ahead) < 1e-6) break;
   }
   return s;
+}
+
+Track::Deviation Track::deviation(double s) const {
+  if (aligned()) return {0.0, 0.0, 0.0};
+  // Half a wave of the deviations is kBinsPerKnot bins: differences over half of that are so much too small.
+  constexpr double kReach = 0.5 * kBinsPerKnot * kBin, kSmoothed = 0.125 * M_PI * M_PI;
+  const double here = alignment(s), ahead = alignment(s + kReach), behind = alignment(s - kReach);
+  return {here, 0.25 * M_PI * (ahead - behind) / kReach, kSmoothed * (ahead - 2.0 * here + behind) / (kReach * kReach)};
+}
+
+bool Track::kinks_between(double from, double to, double bend) const {
+  const auto begin = std::lower_bound(kinks_.begin(), kinks_.end(), std::pair(from, -inputs::kInfinity));
+  return std::any_of(begin, kinks_.end(),
+                     [&](const auto& kink) { return kink.first < to && std::abs(kink.second) > bend; });
+}
+
+double Track::curvature(double s) const {
+  if (straight()) return 0.0;
+  const Vector2 ahead = at(s + 0.5 * kBin).tangent, behind = at(s - 0.5 * kBin).tangent;
+  return (behind.x() * ahead.y() - behind.y() * ahead.x()) / kBin;
 }
 
 void Track::tear(double s) {

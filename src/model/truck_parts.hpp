@@ -69,12 +69,21 @@ class Kept {
   std::ptrdiff_t trucks_;
 };
 
+/// A part that keeps its force does not act on any of some trucks.
+template <class B, bool straight>
+Pull<B> none(const Kept<B, straight>& kept) {
+  kept.put(0, B(0.0));
+  kept.put(1, B(0.0));
+  return {B(0.0), B(0.0)};
+}
+
 /// Friction or brakes and rolling resistance along the track; across it too if the law is isotropic.
 struct TrackResistance {
   static constexpr double EnergyLedger::*kWork = &EnergyLedger::work_on_track;
   static constexpr std::ptrdiff_t kKept = 2;
   template <class B, bool straight>
   static Pull<B> pull(const TruckView<B, straight>& t, const Kept<B, straight>& kept) {
+    if (!any(t.on_track())) return none(kept);
     const bool isotropic = !t.a.rails_on && t.a.ground->on_track_law == inputs::OnTrackLaw::isotropic;
     const B load = Lanes<B>::load(t.a.brake_share + t.car) * t.get(t.a.trucks.load);
     const auto f = friction<B>(load, t.along, isotropic ? t.across : B(0.0), t.a.regularization_speed);
@@ -113,6 +122,7 @@ struct GroundFriction {
   static constexpr std::ptrdiff_t kKept = 2;
   template <class B, bool straight>
   static Pull<B> pull(const TruckView<B, straight>& t, const Kept<B, straight>& kept) {
+    if (!any(t.get(t.a.trucks.on_track) < B(0.5))) return none(kept);
     B mu(t.a.ground->off_track_friction);
     if (t.a.by_slip) {
       mu =

@@ -12,6 +12,16 @@
 
 namespace train_derail::model {
 
+namespace {
+
+/// Calls body(from, count) for each of them.
+template <class Body>
+void for_ranges(const BusyCars& busy, const Body& body) {
+  for (const CarRange* r = busy.ranges; r != busy.ranges + busy.count; ++r) body(r->from, r->to - r->from);
+}
+
+}  // namespace
+
 Trucks::Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs::Scenario& scenario,
                const ExtendedKernels& loops, AirBrakes& brakes, Record& record)
     : train_(train),
@@ -69,7 +79,11 @@ TruckArrays Trucks::arrays() {
 
 const double* Trucks::lateral() const { return kept_.data() + TruckParts::first<RailHold>() * px_.size(); }
 
-void Trucks::keep_lateral() { lateral_before_ = Eigen::Map<const ArrayX>(lateral(), px_.size()); }
+void Trucks::keep_lateral() {
+  for_ranges(*busy_trucks_, [this](Eigen::Index from, Eigen::Index count) {
+    std::copy_n(lateral() + from, count, &lateral_before_[from]);
+  });
+}
 
 bool Trucks::derailed(Eigen::Index car) const {
   return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
@@ -120,13 +134,15 @@ void Trucks::start_derailment() {
 
 void Trucks::locate() {
   const Eigen::Index trucks = px_.size();
-  arc_ = now();
-  offset_ = track_.straight() ? py_ : bed_offset_;
+  for_ranges(*busy_trucks_, [this](Eigen::Index from, Eigen::Index count) {
+    arc_.segment(from, count) = now().segment(from, count);
+    offset_.segment(from, count) = (track_.straight() ? py_ : bed_offset_).segment(from, count);
+  });
   // Patches lie along and across the track, wherever its rails have moved to.
   for (Eigen::Index i = 0; i < trucks && !patches_.empty(); ++i)
     patch_[i] = patch_factor(patches_, arc_[i], offset_[i]);
   if (rails_on_ && !track_.aligned())
-    loops_.subtract_alignment(trucks, track_.alignments(), arc_.data(), on_track_.data(), offset_.data());
+    loops_.subtract_alignment(*busy_trucks_, track_.alignments(), arc_.data(), on_track_.data(), offset_.data());
   drifted_off_.clear();
   for (const Eigen::Index i : ties_.running()) {
     if (ties_.drift(i, offset_[i], load_[i])) drifted_off_.push_back(i);
@@ -143,21 +159,74 @@ void Trucks::pass(const Step& step) {
 
 void Trucks::pass_pod(const double* y) {
   const double* x = train_.plan(y).x;
-  for (Eigen::Index k = ahead_; k < cars_.cars; ++k) {
-    if (x[k] < 0.0 || past_pod(k)) continue;
-    past_pod_[static_cast<std::size_t>(k)] = true;
-    if (!rails_on_) on_track_[truck(k, FRONT)] = on_track_[truck(k, REAR)] = 0.0;
+  for_ranges(*busy_, [this, x](Eigen::Index from, Eigen::Index count) {
+    for (Eigen::Index k = std::max(from, ahead_); k < from + count; ++k) {
+      if (x[k] >= 0.0 && !past_pod(k)) pass_pod(k);
+    }
+  });
+}
+
+void Trucks::pass_pod(Eigen::Index car) {
+  past_pod_[static_cast<std::size_t>(car)] = true;
+  if (!rails_on_) on_track_[truck(car, FRONT)] = on_track_[truck(car, REAR)] = 0.0;
+}
+
+double Trucks::lateral_share(Eigen::Index car) const {
+  const auto share = [this](Eigen::Index i) { return std::abs(lateral()[i]) / (rails_.derail_ratio * load_[i]); };
+  return std::max(share(truck(car, FRONT)), share(truck(car, REAR)));
+}
+
+bool Trucks::clear(Eigen::Index car, double way, double bend) const {
+  for (const Eigen::Index i : {truck(car, FRONT), truck(car, REAR)}) {
+    const double s = arc_[i];
+    if (s > track_.torn_from() - way && s < track_.torn_to() + way) return false;
+    if (car >= ahead_ && std::abs(s - bad_places_[static_cast<std::size_t>(i)]) < way) return false;
+    if (track_.kinks_between(s - way, s + way, bend)) return false;
   }
+  return true;
+}
+
+PathPoint Trucks::seat_truck(Eigen::Index i, double s) {
+  const Track::Node node = track_.at(s);
+  const Vector2 left(-node.tangent.y(), node.tangent.x());
+  const Track::Deviation rails = track_.deviation(s);
+  const PathPoint path{node.point + rails.offset * left, node.tangent + rails.slope * left,
+                       rails.bend + track_.curvature(s)};
+  px_[i] = path.place.x();
+  py_[i] = path.place.y();
+  arc_[i] = s;
+  offset_[i] = overloaded_[i] = 0.0;
+  if (track_.straight()) return path;
+  tangent_x_[i] = node.tangent.x();
+  tangent_y_[i] = node.tangent.y();
+  new_arc_[i] = s;
+  bed_offset_[i] = rails.offset;
+  return path;
+}
+
+TruckPath Trucks::seat(Eigen::Index car, const Vector2& centre) {
+  const double s = track_.foot(centre, 0.5 * (front_arc(car) + rear_arc(car))), d = cars_.half_spacing[car];
+  const TruckPath path{seat_truck(truck(car, FRONT), s + d), seat_truck(truck(car, REAR), s - d)};
+  if (car >= ahead_ && centre.x() >= 0.0 && !past_pod(car)) pass_pod(car);
+  return path;
+}
+
+void Trucks::set_lateral(Eigen::Index car, double front, double rear) {
+  const auto set = [this](Eigen::Index i, double force) {
+    kept_[TruckParts::first<RailHold>() * px_.size() + i] = lateral_before_[i] = force;
+  };
+  set(truck(car, FRONT), front);
+  set(truck(car, REAR), rear);
 }
 
 void Trucks::leave_bad_track(const Step& step) {
   const Eigen::Index trucks = px_.size();
   // Most steps nothing happens: find that out for all trucks together.
-  const OnBadTrack bad =
-      loops_.on_bad_track(trucks, on_track_.data(), arc_.data(), now().data(), track_.torn_from(), track_.torn_to());
+  const OnBadTrack bad = loops_.on_bad_track(*busy_trucks_, on_track_.data(), arc_.data(), now().data(),
+                                             track_.torn_from(), track_.torn_to());
   const bool anything =
       bad.passes || passes_bad_place() ||
-      (bad.may_be_torn && loops_.any_torn(trucks, track_.torn_bins(), now().data(), on_track_.data()));
+      (bad.may_be_torn && loops_.any_torn(*busy_trucks_, track_.torn_bins(), now().data(), on_track_.data()));
   if (!anything) return;
   bool left = false;
   for (Eigen::Index i = 0; i < trucks; ++i) {
@@ -209,8 +278,8 @@ bool Trucks::give_way(const Step& step) {
 }
 
 bool Trucks::leave_overloaded(const Step& step) {
-  if (!rails_on_ || !loops_.overload(px_.size(), rails_, step.length, lateral_before_.data(), lateral(), load_.data(),
-                                     overloaded_.data()))
+  if (!rails_on_ || !loops_.overload(*busy_trucks_, rails_, step.length, lateral_before_.data(), lateral(),
+                                     load_.data(), overloaded_.data()))
     return false;
   bool left = false;
   for (Eigen::Index i = 0; i < px_.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "model/air_brakes.hpp"
+#include "model/car_ranges.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
 #include "model/tie_runs.hpp"
@@ -12,6 +13,17 @@
 #include "train_derail/model/track.hpp"
 
 namespace train_derail::model {
+
+/// Where the rails hold a truck.
+struct PathPoint {
+  Vector2 place;  ///< m
+  Vector2 slope;  ///< by how much it moves for each metre along the track
+  double bend;    ///< curvature of its path, left positive [1/m]
+};
+/// The same of both trucks of a car.
+struct TruckPath {
+  PathPoint front, rear;
+};
 
 /// Trucks are numbered: the front ones of all cars, then the rear ones. The loops find the forces under them.
 class Trucks final : public Part {
@@ -37,6 +49,17 @@ class Trucks final : public Part {
   TrackPlace place(Eigen::Index car, const Vector2& point) const;
   /// Both trucks are on the rails, with a lateral force of at most `share` of what makes them leave.
   bool sits_easily(Eigen::Index car, double share) const;
+  /// Both trucks are on the rails.
+  bool sound(Eigen::Index car) const { return on_rails(truck(car, FRONT)) && on_rails(truck(car, REAR)); }
+  /// Lateral force over what makes a truck leave the rails, as found last; of the truck that has more. Only on rails.
+  double lateral_share(Eigen::Index car) const;
+  /// No truck of the car is within `way` [m] of torn track, of a place where it leaves the rails, or of one where the
+  /// curvature changes by more than `bend` [1/m].
+  bool clear(Eigen::Index car, double way, double bend) const;
+  /// Puts both trucks of a car on the rails as they are where its centre is.
+  TruckPath seat(Eigen::Index car, const Vector2& centre);
+  /// Lateral forces of the rails, of a car that the loops leave out [N].
+  void set_lateral(Eigen::Index car, double front, double rear);
   /// Arc lengths of a car's trucks [m], and the direction of the track at the front one.
   double front_arc(Eigen::Index car) const { return arc_[truck(car, FRONT)]; }
   double rear_arc(Eigen::Index car) const { return arc_[truck(car, REAR)]; }
@@ -44,8 +67,11 @@ class Trucks final : public Part {
   /// The foremost car that stands on the rails behind what has derailed; -1: none.
   Eigen::Index standing() const { return standing_; }
 
-  /// Of which cars places are found from now on; `busy` must outlive the part.
-  void look_at(const BusyCars& busy) { busy_ = &busy; }
+  /// Of which cars the trucks are looked after from now on; `busy` must outlive the part.
+  void look_at(const CarRanges& busy) {
+    busy_ = &busy.cars();
+    busy_trucks_ = &busy.trucks();
+  }
   /// State `y` of the start, places known: trucks past the point of derailment are off the rails.
   void start(const double* y);
   /// The step is done, places at its end known: who has passed the point of derailment, or come to torn track.
@@ -70,6 +96,8 @@ class Trucks final : public Part {
   /// Finds them, on a track that is not straight.
   void find_places();
   void pass_pod(const double* y);
+  void pass_pod(Eigen::Index car);
+  PathPoint seat_truck(Eigen::Index truck, double s);
   void start_derailment();
   /// Trucks on the ties meet obstacles and part the brake pipe.
   void run_on_ties(const Step& step);
@@ -87,7 +115,7 @@ class Trucks final : public Part {
   const PlanarModel& train_;
   const PlanarArrays cars_;
   const ExtendedKernels& loops_;
-  const BusyCars* busy_ = nullptr;
+  const BusyCars *busy_ = nullptr, *busy_trucks_ = nullptr;
   const inputs::Rails rails_;
   const bool rails_on_;
   const inputs::Mechanism mechanism_;

@@ -54,6 +54,7 @@ inline inputs::Scenario bare(int cars, double step = 1e-3) {
   s.coupler = {};
   s.coupler.stiffness = s.coupler.swing_stiffness = 0.0;
   s.ground = {};
+  s.rails.rolling_share = 0.0;
   set_friction(s, 0.0, 0.0);
   s.brakes = {};
   s.contact = {};

@@ -215,6 +215,7 @@ TEST(Parts, EveryNumberIsFiniteAndInItsRange) {
                                     NUMBER(rails.derail_ratio, -0.1, true),
                                     NUMBER(rails.derail_time, -0.1),
                                     NUMBER(rails.torn_length, -0.1),
+                                    NUMBER(rails.rolling_share, -0.1),
                                     NUMBER(track.heading, -0.1),
                                     NUMBER(track.grade, 0.2),
                                     NUMBER(track.curves[0].start, any),

@@ -193,6 +193,7 @@ struct Rails {
   double derail_ratio = 0.9;         ///< L/V: lateral force over load beyond which a truck leaves the rails [-]
   double derail_time = 0.02;         ///< time for which L/V must be exceeded without interruption [s]
   double torn_length = 5.0 * kFoot;  ///< length of track that a truck tears up where it leaves the rails; 0: none [m]
+  double rolling_share = 0.2;  ///< of derail_ratio, up to which cars only roll, extended model; 0: they never do [-]
 };
 
 /// What holds a truck that is off the rails, but still between or beside them.

@@ -46,6 +46,9 @@ class ExtendedModel final : public PlanarModel {
   /// velocities in y (kicks).
   void settle(double t, double h, const double* before, double* y);
 
+  /// The car only rolls along the track now: what it does across it follows from the rails (rails.rolling_share).
+  bool rolls(Eigen::Index car) const;
+
   bool derailed(Eigen::Index car) const override;
   bool past_pod(Eigen::Index car) const override;
   Cause cause(Eigen::Index car) const override;
@@ -72,8 +75,8 @@ class ExtendedModel final : public PlanarModel {
   void note_blockage(double h);
 
   const std::unique_ptr<Parts> parts_;
-  ArrayX fx_, fy_, moment_, turned_;  // one a car
-  bool forces_found_ = false;         // those of find_forces() belong to the next step
+  ArrayX fx_, fy_, moment_;    // one a car
+  bool forces_found_ = false;  // those of find_forces() belong to the next step
 };
 
 }  // namespace train_derail::model

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "train_derail/eigen_types.hpp"
@@ -70,6 +71,17 @@ class Track {
     return table[0] + (b - static_cast<double>(i)) * (table[1] - table[0]);
   }
 
+  /// The same with its first and second derivative, smoothed.
+  struct Deviation {
+    double offset, slope, bend;  ///< m, -, 1/m
+  };
+  Deviation deviation(double s) const;
+  /// Of the centre line at s, left positive [1/m].
+  double curvature(double s) const;
+
+  /// Whether it changes by more than `bend` [1/m] at a place between arc lengths `from` and `to` [m].
+  bool kinks_between(double from, double to, double bend) const;
+
   /// The same as a table, between whose values it is interpolated; the same beyond the ends as at them. Only if not
   /// aligned().
   TrackTable alignments() const { return {alignment_.data(), s_min_, 1.0 / kBin, 0.0, last_bin_}; }
@@ -95,11 +107,13 @@ class Track {
 
  private:
   static constexpr double kBin = 5.0 * inputs::kFoot;
+  static constexpr std::size_t kBinsPerKnot = 4;  // between independent deviations of the rails
 
   double s_min_;                   // m
   std::vector<double> alignment_;  // every kBin; the same beyond the ends as at them
   double last_bin_ = 0.0;
   std::vector<Node> nodes_;                           // every kBin, if there are curves
+  std::vector<std::pair<double, double>> kinks_;      // arc length [m], change of the curvature there [1/m]; in order
   double torn_per_length_ = 0.0, torn_behind_ = 0.0;  // see TrackTable
   std::vector<double> torn_;                          // a bin each: 1 if torn, else 0
   double torn_from_ = inputs::kInfinity, torn_to_ = -inputs::kInfinity;

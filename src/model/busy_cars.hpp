@@ -1,0 +1,43 @@
+// Loops over columns with one entry a car or a truck, of those that are busy.
+#pragma once
+
+#include <limits>
+
+#include "model/extended_kernels.hpp"
+#include "simd/blocks.hpp"
+
+namespace train_derail::model {
+
+/// for_blocks() over the first `n` entries of columns with one entry a car, of cars that are busy.
+template <std::ptrdiff_t width, class Body>
+void for_busy(const BusyCars& busy, std::ptrdiff_t n, const Body& body) {
+  for (const CarRange* r = busy.ranges; r != busy.ranges + busy.count; ++r) {
+    const std::ptrdiff_t to = r->to < n ? r->to : n;
+    std::ptrdiff_t i = r->from;
+    for (; i + width <= to; i += width) body(i, std::ptrdiff_t{0});
+    if (i < to) body(to - width, width - (to - i));
+  }
+}
+
+template <std::ptrdiff_t width, class Body>
+void for_busy(const BusyCars& busy, const Body& body) {
+  for_busy<width>(busy, std::numeric_limits<std::ptrdiff_t>::max(), body);
+}
+
+/// The same, without touching any entry twice: calls body(i, zero of the number to use).
+template <class B, class Body>
+[[gnu::always_inline]] inline void for_each_busy(const BusyCars& busy, std::ptrdiff_t n, const Body& body) {
+  for (const CarRange* r = busy.ranges; r != busy.ranges + busy.count; ++r) {
+    const std::ptrdiff_t to = r->to < n ? r->to : n;
+    std::ptrdiff_t i = r->from;
+    for (; i + Lanes<B>::count <= to; i += Lanes<B>::count) body(i, B(0.0));
+    for (; i < to; ++i) body(i, 0.0);
+  }
+}
+
+template <class B, class Body>
+[[gnu::always_inline]] inline void for_each_busy(const BusyCars& busy, const Body& body) {
+  for_each_busy<B>(busy, std::numeric_limits<std::ptrdiff_t>::max(), body);
+}
+
+}  // namespace train_derail::model
