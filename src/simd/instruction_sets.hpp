@@ -61,9 +61,6 @@ struct Versions {
 
   /// The one of that name, by default the fastest. Throws std::invalid_argument.
   const Kernels* choose(Eigen::Index cars, const std::string& instruction_set) const {
-#ifdef TRAIN_DERAIL_SANITIZED
-    if (instruction_set.empty()) return plain;  // the one that the sanitizers look at
-#endif
     for (const Kernels* v : usable(cars)) {
       if (instruction_set.empty() || instruction_set == v->instruction_set) return v;
     }
