@@ -136,7 +136,7 @@ class Database {
 };
 
 /// Units that nearly every scenario uses or shows. UDUNITS knows them too, and reads them to the same bits, but reading
-/// its database takes longer than most runs start.
+/// its database takes longer than the rest of the start of a run.
 struct CommonUnit {
   std::string_view unit, si_unit;
   double in_si;

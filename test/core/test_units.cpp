@@ -74,6 +74,34 @@ TEST(UnitsMeant, AreConverted) {
   for (const auto& c : cases) EXPECT_NEAR(inputs::to_si(c.text, c.si_unit), c.value, 1e-12 * c.value) << c.text;
 }
 
+// Common units are converted without UDUNITS, other names of the same units by it.
+TEST(CommonUnits, AreReadAsUdunitsReadsThem) {
+  const struct {
+    const char *common, *other, *si_unit;
+  } cases[] = {{"ft", "foot", "m"},
+               {"in", "inch", "m"},
+               {"mm", "millimeter", "m"},
+               {"mph", "mile/hour", "m/s"},
+               {"km/h", "km/hour", "m/s"},
+               {"kip", "kips", "N"},
+               {"kN", "kilonewton", "N"},
+               {"kip/in", "kip/inch", "N/m"},
+               {"MN/m", "MN/meter", "N/m"},
+               {"lbf ft", "lbf foot", "N m"},
+               {"deg", "arc_degree", "rad"},
+               {"1/km", "km-1", "1/m"},
+               {"percent", "%", "1"},
+               {"ms", "millisecond", "s"}};
+  test::Random random(5);
+  for (const auto& c : cases) {
+    for (int i = 0; i < 200; ++i) {
+      const std::string number = std::to_string(i < 100 ? 0.5 * i : random.uniform(0.0, 500.0)) + " ";
+      EXPECT_EQ(inputs::to_si(number + c.common, c.si_unit), inputs::to_si(number + c.other, c.si_unit))
+          << number << c.common;
+    }
+  }
+}
+
 // UDUNITS takes "kmph" for 1000 mph; every name here stands for a train a thousand times as fast, heavy or long, or for
 // none.
 TEST(UnitsNotMeant, NameTheOneThatProbablyIs) {
