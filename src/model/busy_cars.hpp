@@ -24,6 +24,28 @@ void for_busy(const BusyCars& busy, const Body& body) {
   for_busy<width>(busy, std::numeric_limits<std::ptrdiff_t>::max(), body);
 }
 
+/// 0 for entries of a block that have been dealt with, 1 for the others.
+template <class B>
+B fresh_lanes(std::ptrdiff_t done) {
+  static constexpr double kLane[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
+  return select(Lanes<B>::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
+}
+
+/// The same for body(i, done, zero of the number to use), where a range that has no room for a block must not be left:
+/// numbers one at a time then.
+template <class B, class Body>
+[[gnu::always_inline]] inline void for_within(const BusyCars& busy, std::ptrdiff_t n, const Body& body) {
+  constexpr std::ptrdiff_t width = Lanes<B>::count;
+  for (const CarRange* r = busy.ranges; r != busy.ranges + busy.count; ++r) {
+    const std::ptrdiff_t to = r->to < n ? r->to : n;
+    std::ptrdiff_t i = r->from;
+    for (; i + width <= to; i += width) body(i, std::ptrdiff_t{0}, B(0.0));
+    if (i < to && i > r->from) body(to - width, width - (to - i), B(0.0));
+    else
+      for (; i < to; ++i) body(i, std::ptrdiff_t{0}, 0.0);
+  }
+}
+
 /// The same, without touching any entry twice: calls body(i, zero of the number to use).
 template <class B, class Body>
 [[gnu::always_inline]] inline void for_each_busy(const BusyCars& busy, std::ptrdiff_t n, const Body& body) {

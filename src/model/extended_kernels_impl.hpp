@@ -99,7 +99,6 @@ template <class B, bool straight>
                               EnergyLedger& spent) {
   using L = Lanes<B>;
   const std::ptrdiff_t n = a.cars;
-  static constexpr double kLane[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
   // Velocities with which the forces of the step did their work.
   const auto mid = [&](Coordinate c, std::ptrdiff_t k) {
     return B(0.5) * (L::load(before + c * n + k) + L::load(after + c * n + k));
@@ -107,7 +106,7 @@ template <class B, bool straight>
   B taken[TruckParts::count];
   for (B& sum : taken) sum = B(0.0);
   for_busy<L::count>(*a.busy, n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
-    const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
+    const B fresh = fresh_lanes<B>(done);
     const B c = L::load(a.cosine + k), s = L::load(a.sine + k);
     const B vx = mid(VX, k), vy = mid(VY, k), w = mid(OMEGA, k);
     for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
@@ -119,7 +118,7 @@ template <class B, bool straight>
   B damping(0.0);
   for_busy<L::count>(*a.busy, n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done) {
     const std::ptrdiff_t j = i + 1;
-    const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
+    const B fresh = fresh_lanes<B>(done);
     const B li = L::load(a.half_length + i), lj = L::load(a.half_length + j);
     const B rx =
         mid(VX, i) + mid(OMEGA, i) * li * L::load(a.sine + i) - mid(VX, j) + mid(OMEGA, j) * lj * L::load(a.sine + j);
@@ -142,7 +141,7 @@ template <class B>
 [[gnu::flatten]] void accelerate(const ExtendedArrays& a, double* result) {
   const std::ptrdiff_t n = a.cars;
   for (const BusyCars* cars : {a.busy, a.rolling}) {
-    for_each_busy<B>(*cars, n, [&](std::ptrdiff_t k, auto zero) {
+    for_within<B>(*cars, n, [&](std::ptrdiff_t k, std::ptrdiff_t, auto zero) {
       using L = Lanes<decltype(zero)>;
       L::store(L::load(a.fx + k) * L::load(a.inverse_mass + k), result + k);
       L::store(L::load(a.fy + k) * L::load(a.inverse_mass + k), result + n + k);
@@ -300,6 +299,7 @@ template <class B>
   for_each_busy<B>(trucks, [&](std::ptrdiff_t i, auto lanes) {  // not twice: it subtracts
     using One = decltype(lanes);
     using K = Lanes<One>;
+    if (!any(K::load(held + i) > One(0.0))) return;
     const One bin = bin_of<One>(table, K::load(s + i));
     const One first = K::look_up(table.values, bin), next = K::look_up(table.values + 1, bin);
     K::store(K::load(offset + i) - K::load(held + i) * (first + K::fraction(bin) * (next - first)), offset + i);
@@ -312,6 +312,7 @@ template <class B>
   const B zero(0.0);
   B sum(0.0);
   for_busy<L::count>(trucks, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+    if (!any(L::load(held + i) > zero)) return;
     const B place = L::load(s + i), bin = torn.bin(place);
     const B value = L::load(held + i) * L::look_up(torn.values, bin_of<B>(torn, place));
     sum = sum + select(bin >= zero, select(bin < B(torn.last + 1.0), value, zero), zero);

@@ -44,7 +44,7 @@ template <class B, bool straight>
   const std::ptrdiff_t n = a.cars;
   B buff(0.0), draft(0.0);
   double buff_of_one = 0.0, draft_of_one = 0.0;
-  for_each_busy<B>(*a.rolling, n - 1, [&](std::ptrdiff_t i, auto zero) {
+  for_within<B>(*a.rolling, n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t, auto zero) {
     using K = decltype(zero);
     using L = Lanes<K>;
     const std::ptrdiff_t j = i + 1;
@@ -88,7 +88,7 @@ inline double* rolling_resistance(const ExtendedArrays& a, std::ptrdiff_t k) {
 template <class B, bool straight>
 [[gnu::flatten]] void roll_cars(const ExtendedArrays& a, const double* state) {
   const std::ptrdiff_t n = a.cars;
-  for_each_busy<B>(*a.rolling, n, [&](std::ptrdiff_t k, auto zero) {
+  for_within<B>(*a.rolling, n, [&](std::ptrdiff_t k, std::ptrdiff_t, auto zero) {
     using K = decltype(zero);
     using L = Lanes<K>;
     const K pull_x = L::load(a.pin_x + k + 1) - L::load(a.pin_x + k), vx = L::load(state + VX * n + k);
@@ -119,7 +119,7 @@ template <class B, bool straight>
   const std::ptrdiff_t n = a.cars;
   B track(0.0), grade(0.0), damping(0.0);
   double track_of_one = 0.0, grade_of_one = 0.0, damping_of_one = 0.0;
-  for_each_busy<B>(*a.rolling, n, [&](std::ptrdiff_t k, auto zero) {
+  for_within<B>(*a.rolling, n, [&](std::ptrdiff_t k, std::ptrdiff_t done, auto zero) {
     using K = decltype(zero);
     using L = Lanes<K>;
     const auto mid = [&](Coordinate c, std::ptrdiff_t car) {
@@ -130,21 +130,22 @@ template <class B, bool straight>
     const K by_track = -2.0 * L::load(rolling_resistance(a, k)) * along,
             by_grade = 2.0 * a.grade * L::load(a.trucks.load + k) * along;
     if constexpr (std::is_same_v<K, B>) {
-      track = track + by_track;
-      grade = grade + by_grade;
+      const B fresh = fresh_lanes<B>(done);
+      track = track + fresh * by_track;
+      grade = grade + fresh * by_grade;
     } else {
       track_of_one += by_track;
       grade_of_one += by_grade;
     }
   });
-  for_each_busy<B>(*a.rolling, n - 1, [&](std::ptrdiff_t i, auto zero) {
+  for_within<B>(*a.rolling, n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done, auto zero) {
     using K = decltype(zero);
     using L = Lanes<K>;
     const Bar<K> b = bar<K, straight>(a, before, i, [&](Coordinate c, std::ptrdiff_t k) {
       return K(0.5 * (L::load(before + c * n + k) + L::load(after + c * n + k)));
     });
     const K taken = -L::load(a.couplers.damper + i) * b.rate;
-    if constexpr (std::is_same_v<K, B>) damping = damping + taken;
+    if constexpr (std::is_same_v<K, B>) damping = damping + fresh_lanes<B>(done) * taken;
     else damping_of_one += taken;
   });
   spent.work_on_track += h * (Lanes<B>::sum(track) + track_of_one);
