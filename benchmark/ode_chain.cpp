@@ -1,11 +1,12 @@
-// A train in the Open Dynamics Engine (ODE), as a game would have it, for scripts/compare_cost.py: boxes on a plane with
-// Coulomb friction, rigid bars between their pins, contact of everything with everything, fixed steps, an iterative
-// solver. It knows no slack, no stiffness and no swing stop, and its friction acts at the corners of the boxes.
+// A train in the Open Dynamics Engine (ODE), as a game would have it, for scripts/compare_cost.py: boxes on a plane
+// with Coulomb friction, rigid bars between their pins, contact of everything with everything, fixed steps, an
+// iterative solver. It knows no slack, no stiffness and no swing stop, and its friction acts at the corners of the
+// boxes.
 //
-// Standard input: coupler length [m], friction before and past x = 0, speed [m/s], yaw rate of the first car [rad/s], step
-// [s], speed at which the train is at rest [m/s], longest time [s], iterations a step (0: the direct solver); then a line
-// a car, the foremost first: mass [kg], yaw inertia [kg m2], length and width [m].
-// Standard output: one object of JSON.
+// Standard input: coupler length [m], friction before and past x = 0, speed [m/s], yaw rate of the first car [rad/s],
+// step [s], speed at which the train is at rest [m/s], longest time [s], iterations a step (0: the direct solver); then
+// a line a car, the foremost first: mass [kg], yaw inertia [kg m2], length and width [m]. Standard output: one object
+// of JSON.
 #include <cmath>
 #include <cstdio>
 #include <iostream>

@@ -10,9 +10,10 @@ namespace train_derail::model {
 
 namespace {
 
-// Bounds are widened by it: pairs are looked for anew when a car has moved that far. Coupled cars that stand in line
-// are no pairs then [m].
+// Bounds are widened by it: pairs are looked for anew when a car has strayed that far from where it was going. Coupled
+// cars that stand in line are no pairs then [m].
 constexpr double kMargin = 0.5;
+constexpr double kHorizon = 0.1;      // pairs are looked for anew after that time, too [s]
 constexpr double kSameImpact = 0.25;  // s
 constexpr double kLasting = 0.5;      // from then on bodies that touch lean on each other [s],
 constexpr double kSlow = 0.3;         // while no point of either is faster [m/s]
@@ -38,6 +39,8 @@ Contacts::Contacts(const inputs::Contact& law, const std::vector<Car>& cars, dou
       loops_(loops),
       record_(record),
       moved_(inputs::kInfinity),
+      vx_then_(cars.size(), 0.0),
+      vy_then_(cars.size(), 0.0),
       bounds_(cars.size()),
       rest_(rest) {
   for (const Car& c : cars) {
@@ -48,23 +51,31 @@ Contacts::Contacts(const inputs::Contact& law, const std::vector<Car>& cars, dou
   }
 }
 
-void Contacts::find_pairs() {
+void Contacts::find_pairs(const CarColumns& q) {
+  std::copy_n(q.vx, boxes_.size(), vx_then_.begin());
+  std::copy_n(q.vy, boxes_.size(), vy_then_.begin());
   for (std::size_t i = 0; i < boxes_.size(); ++i) {
     const Footprint& f = boxes_[i];
     const double rx = f.reach({1.0, 0.0}) + kMargin, ry = f.reach({0.0, 1.0}) + kMargin;
     bounds_[i] = {f.centre.x() - rx, f.centre.x() + rx, f.centre.y() - ry, f.centre.y() + ry};
   }
-  // Sweep along x.
+  // Sweep along x, with what they may come nearer to each other by their velocities.
   const auto begin_of = [this](int i) { return bounds_[static_cast<std::size_t>(i)][0]; };
   sort_again(by_x_, begin_of);
+  const auto [slowest, fastest] = std::minmax_element(vx_then_.begin(), vx_then_.end());
+  const double most = kHorizon * (*fastest - *slowest);
   old_pairs_.swap(pairs_);
   pairs_.clear();
   for (std::size_t i = 0; i < by_x_.size(); ++i) {
-    const Eigen::Vector4d& p = bounds_[static_cast<std::size_t>(by_x_[i])];
+    const auto k = static_cast<std::size_t>(by_x_[i]);
+    const Eigen::Vector4d& p = bounds_[k];
     for (std::size_t j = i + 1; j < by_x_.size(); ++j) {
-      const Eigen::Vector4d& r = bounds_[static_cast<std::size_t>(by_x_[j])];
-      if (r[0] > p[1]) break;
-      if (r[2] > p[3] || p[2] > r[3]) continue;
+      const auto l = static_cast<std::size_t>(by_x_[j]);
+      const Eigen::Vector4d& r = bounds_[l];
+      if (r[0] > p[1] + most) break;
+      const double x = kHorizon * std::abs(vx_then_[k] - vx_then_[l]),
+                   y = kHorizon * std::abs(vy_then_[k] - vy_then_[l]);
+      if (r[0] > p[1] + x || r[2] > p[3] + y || p[2] > r[3] + y) continue;
       const auto [a, b] = std::minmax(by_x_[i], by_x_[j]);
       pairs_.push_back({a, b});
     }
@@ -86,20 +97,28 @@ void Contacts::sort_out(double t, const CarColumns& q) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     Pair& pair = pairs_[i];
     if (!rest_.lies(pair.a) || !rest_.lies(pair.b)) {
-      if (pair.still) pair.seen = t;  // it goes on from where it was
-      pair.still = false;
+      if (pair.still >= 0) {
+        pair.seen = t;  // it goes on from where it was
+        free_.push_back(pair.still);
+        pair.still = -1;
+      }
       moving_.push_back(i);
       continue;
     }
-    if (!pair.still) find_still(pair, q);
-    if (!pair.on_a.isZero(0.0)) still_.push_back(i);
+    if (pair.still < 0) find_still(pair, q);
+    if (!leaning_[static_cast<std::size_t>(pair.still)].on_a.isZero(0.0)) still_.push_back(i);
   }
 }
 
 void Contacts::find_still(Pair& pair, const CarColumns& q) {
-  pair.still = true;
-  pair.on_a.setZero();
-  pair.on_b.setZero();
+  if (free_.empty()) {
+    free_.push_back(static_cast<int>(leaning_.size()));
+    leaning_.emplace_back();
+  }
+  pair.still = free_.back();
+  free_.pop_back();
+  Leaning& leaning = leaning_[static_cast<std::size_t>(pair.still)];
+  leaning = {};
   const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
   place(a, q);
   place(b, q);
@@ -107,8 +126,8 @@ void Contacts::find_still(Pair& pair, const CarColumns& q) {
   for (int i = 0; i < m.count; ++i) {
     const Vector2 f = contact_force(law_, m.depth[i], 0.0, pair.crushed) / m.count * m.normal;
     const Vector2 ra = m.point[i] - boxes_[a].centre, rb = m.point[i] - boxes_[b].centre;
-    pair.on_a += Eigen::Vector3d(f.x(), f.y(), ra.x() * f.y() - ra.y() * f.x());
-    pair.on_b -= Eigen::Vector3d(f.x(), f.y(), rb.x() * f.y() - rb.y() * f.x());
+    leaning.on_a += Eigen::Vector3d(f.x(), f.y(), ra.x() * f.y() - ra.y() * f.x());
+    leaning.on_b -= Eigen::Vector3d(f.x(), f.y(), rb.x() * f.y() - rb.y() * f.x());
   }
 }
 
@@ -120,22 +139,25 @@ void Contacts::add_still(const Wrenches& loads) const {
     loads.moment[car] += f.z();
   };
   for (const std::size_t i : still_) {
-    add(pairs_[i].a, pairs_[i].on_a);
-    add(pairs_[i].b, pairs_[i].on_b);
+    const Leaning& leaning = leaning_[static_cast<std::size_t>(pairs_[i].still)];
+    add(pairs_[i].a, leaning.on_a);
+    add(pairs_[i].b, leaning.on_b);
   }
 }
 
 void Contacts::add(double t, double h, const CarColumns& q, const Wrenches& loads) {
   pushes_.clear();
-  if (moved_ > kMargin) {
+  if (moved_ > kMargin || age_ + h > kHorizon) {
     for (std::size_t i = 0; i < boxes_.size(); ++i) place(i, q);
-    find_pairs();
-    moved_ = 0.0;
+    find_pairs(q);
+    moved_ = age_ = 0.0;
     sorted_ = false;
   }
   // Half as much again for what speeds may grow within this step.
-  moved_ +=
-      1.5 * h * loops_.fastest_point(static_cast<std::ptrdiff_t>(boxes_.size()), q.vx, q.vy, q.omega, radius_.data());
+  moved_ += 1.5 * h *
+            loops_.fastest_point(static_cast<std::ptrdiff_t>(boxes_.size()), q.vx, q.vy, q.omega, vx_then_.data(),
+                                 vy_then_.data(), radius_.data());
+  age_ += h;
   sort_out(t, q);
   for (const std::size_t i : moving_) press_pair(t, h, pairs_[i], q, loads);
   if (!still_.empty()) add_still(loads);
@@ -264,6 +286,9 @@ void Contacts::account(double h, const CarColumns& before, const CarColumns& aft
 
 void Contacts::walk(files::Archive& archive) {
   archive.value("moved", moved_);
+  archive.value("age", age_);
+  archive.column("vx_then", vx_then_);
+  archive.column("vy_then", vy_then_);
   archive.list("by_x", by_x_, [&](int& car) { archive.value("car", car); });
   archive.list("pairs", pairs_, [&](Pair& p) {
     archive.value("a", p.a);

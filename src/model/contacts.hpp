@@ -37,16 +37,19 @@ class Contacts final : public Part {
     double crushed = 0.0;  // m, of this touch
     double apart = 0.0;    // for so long a way they need not be looked at [m]
     int impact = -1;       // index in the record
+    int still = -1;        // index in leaning_ while both cars lie
     double seen = 0.0;     // time of the last touch [s]
-    bool still = false;    // both cars lie
-    Eigen::Vector3d on_a = Eigen::Vector3d::Zero(), on_b = Eigen::Vector3d::Zero();  // then: fx, fy, moment
+  };
+  /// What two cars that lie do to each other: fx, fy, moment. Kept apart: pairs are many, and looked at in every step.
+  struct Leaning {
+    Eigen::Vector3d on_a = Eigen::Vector3d::Zero(), on_b = Eigen::Vector3d::Zero();
   };
   struct Push {
     int a, b;
     Vector2 point, normal, friction;  // forces on a [N]
   };
 
-  void find_pairs();
+  void find_pairs(const CarColumns& cars);
   /// Parts the pairs into those that may move and those of which both cars lie, from time t [s] on.
   void sort_out(double t, const CarColumns& q);
   void place(std::size_t car, const CarColumns& q);
@@ -65,7 +68,10 @@ class Contacts final : public Part {
   Record& record_;
   std::vector<Footprint> boxes_;
   std::vector<double> radius_, mass_;
-  double moved_;                         // how far any car may have come since the list was made [m]
+  // Of when the list was made: how far any car may have come since then from where its velocity of then would have
+  // brought it [m], how long ago that was [s], these velocities [m/s].
+  double moved_, age_ = 0.0;
+  std::vector<double> vx_then_, vy_then_;
   std::vector<Eigen::Vector4d> bounds_;  // x from, x to, y from, y to
   std::vector<int> by_x_;
   std::vector<Pair> pairs_, old_pairs_;  // sorted by a, b
@@ -74,6 +80,8 @@ class Contacts final : public Part {
   bool sorted_ = false;      // the two lists below are those of pairs_
   std::size_t changes_ = 0;  // of rest_, when they were made
   std::vector<std::size_t> moving_, still_;
+  std::vector<Leaning> leaning_;
+  std::vector<int> free_;  // places in it
 };
 
 }  // namespace train_derail::model

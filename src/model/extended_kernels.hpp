@@ -93,9 +93,10 @@ struct ExtendedKernels : PlanarKernels {
   /// Brake force over load of every car at time t [s], where ratio[k] is built up from the time signal[k] on.
   void (*brake)(std::ptrdiff_t cars, const inputs::Brakes&, double t, const double* ratio, const double* signal,
                 double* share);
-  /// No point of any car moves faster [m/s]; `radius`: of a circle around each car [m].
+  /// No point of any car moves faster, against what moves with the velocity (vx_known, vy_known) [m/s]; `radius`: of a
+  /// circle around each car [m].
   double (*fastest_point)(std::ptrdiff_t cars, const double* vx, const double* vy, const double* omega,
-                          const double* radius);
+                          const double* vx_known, const double* vy_known, const double* radius);
   /// Turns cosine and sine by what headings have turned between two states, which is little.
   void (*turn)(const ExtendedArrays&, const double* before, const double* after);
   /// Places of the trucks: px, py, one a truck [m].

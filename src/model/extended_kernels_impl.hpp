@@ -162,12 +162,14 @@ template <class B>
 
 template <class B>
 [[gnu::flatten]] double fastest_point(std::ptrdiff_t cars, const double* vx, const double* vy, const double* omega,
-                                      const double* radius) {
+                                      const double* vx_known, const double* vy_known, const double* radius) {
   using L = Lanes<B>;
   const auto size = [](const B& x) { return select(x < B(0.0), B(-x), x); };
   B fastest(0.0);
   for_blocks<L::count>(cars, [&](std::ptrdiff_t k, std::ptrdiff_t) {
-    const B speed = size(L::load(vx + k)) + size(L::load(vy + k)) + L::load(radius + k) * size(L::load(omega + k));
+    const B along = size(L::load(vx + k) - L::load(vx_known + k)),
+            across = size(L::load(vy + k) - L::load(vy_known + k));
+    const B speed = along + across + L::load(radius + k) * size(L::load(omega + k));
     fastest = select(speed > fastest, speed, fastest);
   });
   return L::max(fastest);

@@ -158,12 +158,6 @@ bool Track::kinks_between(double from, double to, double bend) const {
                      [&](const auto& kink) { return kink.first < to && std::abs(kink.second) > bend; });
 }
 
-double Track::curvature(double s) const {
-  if (straight()) return 0.0;
-  const Vector2 ahead = at(s + 0.5 * kBin).tangent, behind = at(s - 0.5 * kBin).tangent;
-  return (behind.x() * ahead.y() - behind.y() * ahead.x()) / kBin;
-}
-
 void Track::tear(double s) {
   const double b = torn_bins().bin(s);
   if (!(b >= 0.0 && b < static_cast<double>(torn_.size()))) return;

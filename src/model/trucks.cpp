@@ -190,8 +190,7 @@ PathPoint Trucks::seat_truck(Eigen::Index i, double s) {
   const Track::Node node = track_.at(s);
   const Vector2 left(-node.tangent.y(), node.tangent.x());
   const Track::Deviation rails = track_.deviation(s);
-  const PathPoint path{node.point + rails.offset * left, node.tangent + rails.slope * left,
-                       rails.bend + track_.curvature(s)};
+  const PathPoint path{node.point + rails.offset * left, node.tangent + rails.slope * left, rails.bend};
   px_[i] = path.place.x();
   py_[i] = path.place.y();
   arc_[i] = s;
@@ -206,7 +205,13 @@ PathPoint Trucks::seat_truck(Eigen::Index i, double s) {
 
 TruckPath Trucks::seat(Eigen::Index car, const Vector2& centre) {
   const double s = track_.foot(centre, 0.5 * (front_arc(car) + rear_arc(car))), d = cars_.half_spacing[car];
-  const TruckPath path{seat_truck(truck(car, FRONT), s + d), seat_truck(truck(car, REAR), s - d)};
+  TruckPath path{seat_truck(truck(car, FRONT), s + d), seat_truck(truck(car, REAR), s - d)};
+  if (!track_.straight()) {
+    const Vector2 ahead = tangent(car), behind(tangent_x_[truck(car, REAR)], tangent_y_[truck(car, REAR)]);
+    const double curvature = (behind.x() * ahead.y() - behind.y() * ahead.x()) / (2.0 * d);
+    path.front.bend += curvature;
+    path.rear.bend += curvature;
+  }
   if (car >= ahead_ && centre.x() >= 0.0 && !past_pod(car)) pass_pod(car);
   return path;
 }

@@ -39,10 +39,12 @@ std::vector<CarMotion> on_track(const inputs::Scenario& s, double from, double s
   std::vector<CarMotion> train;
   for (int k = 0; k < s.consist.front().count; ++k) {
     const double place = from - k * test::kPitch;
-    const Vector2 front = track.at(place + d).point, rear = track.at(place - d).point, chord = front - rear;
+    const model::Track::Node ahead = track.at(place + d), behind = track.at(place - d);
+    const Vector2 front = ahead.point, rear = behind.point, chord = front - rear;
+    const Vector2 turn = ahead.tangent - behind.tangent;
     const Vector2 centre = 0.5 * (front + rear), velocity = speed * chord.normalized();
     train.push_back({centre.x(), centre.y(), std::atan2(chord.y(), chord.x()), velocity.x(), velocity.y(),
-                     speed * track.curvature(place)});
+                     speed * (chord.x() * turn.y() - chord.y() * turn.x()) / chord.squaredNorm()});
   }
   return train;
 }

@@ -76,10 +76,7 @@ class Track {
     double offset, slope, bend;  ///< m, -, 1/m
   };
   Deviation deviation(double s) const;
-  /// Of the centre line at s, left positive [1/m].
-  double curvature(double s) const;
-
-  /// Whether it changes by more than `bend` [1/m] at a place between arc lengths `from` and `to` [m].
+  /// Whether the curvature changes by more than `bend` [1/m] at a place between arc lengths `from` and `to` [m].
   bool kinks_between(double from, double to, double bend) const;
 
   /// The same as a table, between whose values it is interpolated; the same beyond the ends as at them. Only if not
