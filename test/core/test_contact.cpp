@@ -224,6 +224,17 @@ TEST(Contact, OffCentreHitTurnsBothCarsAndKeepsTheMomenta) {
   }
 }
 
+TEST(Contact, WhatComesFastIsMetWhenItArrives) {
+  // The list of pairs has to know of it beforehand, wherever between two lists the hit falls.
+  for (const double gap : {20.0, 21.0, 22.0, 23.0, 24.0}) {
+    Train train(bodies(1e-3), {CarMotion{100.0, 0.0, 0.0, -15.0, 1.0, 0.0},
+                               CarMotion{100.0 - kLength - gap, 0.0, 0.0, 25.0, 1.0, 0.0}});
+    train.to(gap / 40.0 + 0.1);
+    ASSERT_EQ(train.incidents().impacts.size(), 1U) << gap;
+    EXPECT_NEAR(train.incidents().impacts.front().time, gap / 40.0, 2e-3) << gap;
+  }
+}
+
 TEST(Contact, AllPairsAreSeen) {
   // A hundred cars abreast in shuffled order, thrown together: the last is as far from the first in the train as it can
   // be.

@@ -142,8 +142,10 @@ TEST(PlanarRolling, ACutThatIsHitMovesOnAsTheFullModelSays) {
     Train train(s, start);
     train.to(3.0);
     EXPECT_EQ(rolling(train), full == 1U ? 0 : 24);
+    while (train.incidents().impacts.empty()) train.step();
+    train.step();
+    EXPECT_FALSE(train.model().rolls(15) || train.model().rolls(16));
     train.to(20.0);
-    EXPECT_FALSE(train.incidents().impacts.empty());
     for (Eigen::Index k = 0; k < 24; ++k) end[full].push_back(train.car(k));
   }
   for (std::size_t k = 0; k < 24; ++k) {
