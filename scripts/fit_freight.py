@@ -5,8 +5,8 @@
   fit_freight.py DIR [--keys ties.drag obstacles.rate ...] [--write WAYS.yaml]
 
 Members of DIR are weighted until the continuous ranked probability score of each group is least: from all rows, and from all
-years but those of each of five folds, whose rows are then scored. Prints Markdown, writes DIR/fit.json. --write puts the shares
-from all rows into the file of ways. Narrower ranges are printed: put them into the studies of the ways by hand, and run
+years but those of each of five folds, whose rows are then scored. So is the share of positions that count locomotives, for all
+groups together. Prints Markdown, writes DIR/fit.json. --write puts the shares from all rows into the file of ways. Narrower ranges are printed: put them into the studies of the ways by hand, and run
 `derail validate` again. Exit codes: 0 done, 2 something is wrong with a file.
 """
 
@@ -22,7 +22,7 @@ sys.path.insert(
     0, os.path.dirname(os.path.realpath(__file__))
 )  # a catkin devel space runs this file from elsewhere
 
-from derail_freight.fit import Group  # noqa: E402
+from derail_freight.fit import Group, fit, fit_positions, narrower_ranges, position_weights  # noqa: E402
 from derail_freight.scores import Rows, distribution  # noqa: E402
 from derail_freight.table import read_members, read_table  # noqa: E402
 from derail_plots.errors import DataError  # noqa: E402
@@ -38,48 +38,60 @@ def distributions(group, shares, parts, rows):
     return found
 
 
-def describe(group, shares, parts):
-    text = ', '.join(f'{w} {s:.3f}' for w, s in zip(group.ensemble.ways, shares))
-    return text + ''.join(f'; {k}: {p}' for k, p in sorted(parts.items()))
+def describe(group, shares):
+    return ', '.join(f'{w} {s:.3f}' for w, s in zip(group.ensemble.ways, shares))
 
 
 def fit_all(table, members, keys):
     """Result of the fit, and the distributions of all rows: from all rows, and held out."""
     folds = table.folds()
-    found, fitted, unseen = {}, [None] * len(table), [None] * len(table)
-    for name in sorted(set(table.group)):
-        rows = np.flatnonzero(table.group == name)
-        group = Group(table, members, rows, keys)
-        every = np.arange(len(rows))
-        shares, parts, score = group.fit(every)
-        for i, d in zip(rows, distributions(group, shares, parts, every)):
-            fitted[i] = d
-        without = []
-        for fold in sorted(set(folds)):
-            here = np.flatnonzero(folds[rows] == fold)
-            if not len(here):
-                continue
-            of_others = group.fit(np.flatnonzero(folds[rows] != fold))
-            without.append(describe(group, *of_others[:2]))
-            for i, d in zip(rows[here], distributions(group, *of_others[:2], here)):
-                unseen[i] = d
-        found[name] = {
-            'rows': len(rows),
-            'ways': dict(zip(group.ensemble.ways, (float(s) for s in shares))),
-            'parts': parts,
-            'crps': score,
-            'text': describe(group, shares, parts),
-            'without_fold': without,
+    every = np.arange(len(table))
+    positions = {None: fit_positions(table, members, every)}
+    for fold in sorted(set(folds)):
+        positions[fold] = fit_positions(table, members, every[folds != fold])
+    weights = {fold: position_weights(members, share) for fold, share in positions.items()}
+    names = sorted(set(table.group))
+    rows = [np.flatnonzero(table.group == name) for name in names]
+    groups = [Group(table, members, r) for r in rows]
+    tried = narrower_ranges(members, keys)
+
+    def fit_of(fold):
+        for g in groups:
+            g.ensemble.weigh(weights[fold])
+        return fit(groups, [np.flatnonzero(folds[r] != fold) for r in rows], tried)
+
+    def predict(shares, parts, wanted, into):
+        for g, s, r in zip(groups, shares, rows):
+            for i, d in zip(r[wanted[r]], distributions(g, s, parts, np.flatnonzero(wanted[r]))):
+                into[i] = d
+
+    fitted, unseen, without = [None] * len(table), [None] * len(table), []
+    for fold in sorted(set(folds)):
+        shares, parts, _ = fit_of(fold)
+        without.append((shares, parts))
+        predict(shares, parts, folds == fold, unseen)
+    shares, parts, _ = fit_of(None)
+    predict(shares, parts, np.ones(len(table), bool), fitted)
+    found = {
+        name: {
+            'rows': len(r),
+            'ways': dict(zip(g.ensemble.ways, (float(x) for x in s))),
+            'text': describe(g, s),
+            'without_fold': [describe(g, of_all[i]) for of_all, _ in without],
         }
-    return found, fitted, unseen
+        for i, (name, g, s, r) in enumerate(zip(names, groups, shares, rows))
+    }
+    ranges = [[str(n) for n in p] for p in [parts, *(p for _, p in without)]]
+    return found, ranges, [positions[f] for f in positions], fitted, unseen
 
 
-def write_shares(path, groups):
+def write_shares(path, groups, positions):
     """Puts the shares into a file of ways. Its lines `- {name: WAY, share: NUMBER, ...}` stay as they are otherwise."""
     with open(path, encoding='utf-8') as file:
         lines = file.read().split('\n')
     group = None
     for i, line in enumerate(lines):
+        lines[i] = line = re.sub(r'^(positions_counting_locomotives: *)[0-9.]+', rf'\g<1>{positions:g}', line)
         of_group = re.match(r'  (\w+):', line)
         if of_group:
             group = of_group.group(1)
@@ -103,8 +115,10 @@ def rounded(groups):
         g['ways'] = shares
 
 
-def markdown(groups, fitted, unseen):
-    lines = ['| group | rows | from all rows | without each fold |', '|---|---|---|---|']
+def markdown(groups, ranges, positions, fitted, unseen):
+    lines = [f'Positions that count locomotives: {positions[0]:g}; without each fold {", ".join(f"{p:g}" for p in positions[1:])}', '']
+    lines += [f"- {'from all rows' if i == 0 else f'without fold {i}'}: {'; '.join(r) or 'all ranges as they are'}" for i, r in enumerate(ranges)]
+    lines += ['', '| group | rows | from all rows | without each fold |', '|---|---|---|---|']
     for name, g in groups.items():
         lines.append(f"| {name} | {g['rows']} | {g['text']} | {'<br>'.join(g['without_fold'])} |")
     lines += ['', '| | MAE | CRPS | R2 | held | width |', '|---|---|---|---|---|---|']
@@ -122,21 +136,21 @@ def main(arguments=None):
     try:
         table = read_table(a.folder)
         members = read_members(a.folder, table)
-        groups, fitted, unseen = fit_all(table, members, a.keys)
+        groups, ranges, positions, fitted, unseen = fit_all(table, members, a.keys)
         rounded(groups)
         scores = [Rows(table.real, d, draws=True).scores() for d in (fitted, unseen)]
         with open(os.path.join(a.folder, 'fit.json'), 'w', encoding='utf-8') as file:
-            json.dump({'groups': groups, 'fitted': scores[0], 'held_out': scores[1]}, file, indent=2)
+            json.dump({'groups': groups, 'ranges': ranges, 'positions': positions, 'fitted': scores[0], 'held_out': scores[1]}, file, indent=2)
             file.write('\n')
         if a.write:
-            write_shares(a.write, groups)
+            write_shares(a.write, groups, positions[0])
     except DataError as e:
         print(f'fit_freight.py: {e}', file=sys.stderr)
         return 2
     except OSError as e:
         print(f'fit_freight.py: {e.filename}: {e.strerror}', file=sys.stderr)
         return 2
-    print(markdown(groups, *scores))
+    print(markdown(groups, ranges, positions, *scores))
     return 0
 
 

@@ -7,9 +7,11 @@ of its members. What is fitted is the least mean of the continuous ranked probab
 import numpy as np
 from scipy.optimize import minimize
 
-PARTS = {'all': (0.0, 1.0), 'lower half': (0.0, 0.5), 'upper half': (0.5, 1.0), 'lower two thirds': (0.0, 2 / 3), 'upper two thirds': (1 / 3, 1.0)}
-LEAST_GAIN = 0.005  # share by which the score must fall for a narrower range to be worth it
+PARTS = {'lower half': (0.0, 0.5), 'upper half': (0.5, 1.0), 'lower two thirds': (0.0, 2 / 3), 'upper two thirds': (1 / 3, 1.0)}
+LEAST_GAIN = 0.015  # share by which the score must fall for a narrower range to be worth it
 LEAST_SHARE = 0.005  # a way with less is left out
+SHORT_TAIL = 12  # cars
+POSITION_SHARES = np.round(np.arange(0.05, 1.0, 0.05), 2)
 FEWEST = 2.0  # members that a way of a row must keep on average
 
 
@@ -31,16 +33,21 @@ class Ensemble:
         self.cars = np.where(self.there, members.cars[self.index], 0.0)
         self.ways = sorted(set(members.way[self.index[self.there]]))
         self.way = np.array([np.where(self.there, members.way[self.index] == w, False) for w in self.ways])
+        self.base = self.there.astype(float)
         self.away = np.abs(self.cars - self.real[:, None])
         self.apart = np.abs(self.cars[:, :, None] - self.cars[:, None, :])
+
+    def weigh(self, of_members):
+        """Weights that members have within their way from now on, one of each member of the folder."""
+        self.base = np.where(self.there, of_members[self.index], 0.0)
 
     def weights(self, shares, kept=None):
         """Weights of the members of each row: each way has its share. `kept`: which members count."""
         weights = np.zeros(self.cars.shape)
         for share, way in zip(shares, self.way):
-            way = way if kept is None else way & kept
-            count = way.sum(axis=1, keepdims=True)
-            weights += np.where(way, share / np.maximum(count, 1), 0.0)
+            base = np.where(way if kept is None else way & kept, self.base, 0.0)
+            total = base.sum(axis=1, keepdims=True)
+            weights += share * base / np.where(total > 0.0, total, 1.0)
         total = weights.sum(axis=1, keepdims=True)
         return np.where(total > 0.0, weights / np.where(total > 0.0, total, 1.0), self.there / self.there.sum(axis=1, keepdims=True))
 
@@ -50,6 +57,30 @@ class Ensemble:
         half = 0.5 * np.einsum('ri,rij,rj->r', weights, self.apart, weights)
         different = np.maximum(1.0 - np.sum(weights**2, axis=1), 1e-9)
         return away - half / different
+
+
+def position_weights(members, share):
+    """Weights with which that share of the members of each row has a position that counts locomotives; 1 where a row has one kind only."""
+    moved = members.moved.astype(float)
+    rows = np.bincount(members.row)
+    there = (np.bincount(members.row, moved) / np.maximum(rows, 1))[members.row]
+    both = (there > 0.0) & (there < 1.0)
+    there = np.where(both, there, 0.5)
+    return np.where(both, np.where(members.moved, share / there, (1.0 - share) / (1.0 - there)), 1.0)
+
+
+def fit_positions(table, members, rows):
+    """Share of the positions that count locomotives which is best on those of these rows that have short tails, with the ways in the
+    shares that they have. Behind longer ones there are cars enough, wherever the first one stood."""
+    rows = np.asarray(rows)[table['cars_from_pod_to_rear'][rows] <= SHORT_TAIL]
+    if not members.moved.any() or len(rows) == 0:
+        return 0.0
+    ensemble = Ensemble(table, members, rows)
+    found = []
+    for share in POSITION_SHARES:
+        weights = np.where(ensemble.there, position_weights(members, share)[ensemble.index], 0.0)
+        found.append(float(ensemble.crps(weights / weights.sum(axis=1, keepdims=True)).mean()))
+    return float(POSITION_SHARES[int(np.argmin(found))])
 
 
 def shares_of(free):
@@ -77,56 +108,88 @@ def fit_shares(ensemble, rows, kept=None):
     return shares, float(ensemble.crps(ensemble.weights(shares, kept))[rows].mean())
 
 
-def part_of(values, name):
-    """Which members lie in a part of the range of an input, by rank; members without the input all do."""
-    low, high = PARTS[name]
-    known = np.isfinite(values)
-    if not known.any():
-        return ~known
-    a, b = np.quantile(values[known], [low, high])
-    return ~known | ((values >= a) & (values <= b))
+class Narrower:
+    """A part of the range of an input of a way, by rank of its members in the folder."""
+
+    def __init__(self, members, way, key, part):
+        self.way, self.key, self.part = way, key, part
+        values = members.input(key)
+        of_way = (members.way == way) & np.isfinite(values)
+        low, high = PARTS[part]
+        self.low, self.high = np.quantile(values[of_way], [low, high])
+        self.inside = ~of_way | ((values >= self.low) & (values <= self.high))
+
+    def __str__(self):
+        return f'{self.way}: {self.key} {self.low:.3g} to {self.high:.3g} ({self.part})'
+
+
+def narrower_ranges(members, keys):
+    """All that may be tried: of each way the inputs that it varies."""
+    found = []
+    for way in sorted(set(members.way)):
+        for key in keys:
+            values = members.input(key)[members.way == way]
+            if np.isfinite(values).sum() > 1:
+                found += [Narrower(members, way, key, part) for part in PARTS]
+    return found
 
 
 class Group:
-    """What is fitted for one group: shares, and of each input a part of its range."""
+    """Rows of one group, of which the shares are fitted."""
 
-    def __init__(self, table, members, rows, keys=()):
+    def __init__(self, table, members, rows):
         self.ensemble = Ensemble(table, members, rows)
-        self.keys = list(keys)
-        of = {k: members.input(k) for k in self.keys}
-        self.inside = {
-            (k, part): np.where(self.ensemble.there, part_of(of[k], part)[self.ensemble.index], False) for k in self.keys for part in PARTS
-        }
+
+    def inside(self, narrower):
+        return np.where(self.ensemble.there, narrower.inside[self.ensemble.index], False)
 
     def kept(self, parts):
         found = self.ensemble.there
-        for k, part in parts.items():
-            found = found & self.inside[k, part]
+        for narrower in parts:
+            found = found & self.inside(narrower)
         return found
-
-    def fit(self, rows):
-        """(shares, {key: part}, mean score) from these rows of the group: one narrower range after the other, as long as it pays."""
-        parts = {}
-        shares, score = fit_shares(self.ensemble, rows)
-        while True:
-            tried = []
-            for k in self.keys:
-                if k in parts:
-                    continue
-                for part in PARTS:
-                    if part == 'all':
-                        continue
-                    now = dict(parts, **{k: part})
-                    kept = self.kept(now)
-                    if min(float((way & kept).sum(axis=1).mean()) for way in self.ensemble.way) < FEWEST:
-                        continue
-                    tried.append((*fit_shares(self.ensemble, rows, kept)[::-1], now))
-            if not tried:
-                return shares, parts, score
-            better = min(tried, key=lambda t: t[0])
-            if better[0] >= score * (1.0 - LEAST_GAIN):
-                return shares, parts, score
-            score, shares, parts = better
 
     def weights(self, shares, parts):
         return self.ensemble.weights(shares, self.kept(parts))
+
+
+def enough(groups, kept):
+    """Every way of every group keeps members."""
+    return all(float((way & k).sum()) >= FEWEST * float(way.any(axis=1).sum()) for g, k in zip(groups, kept) for way in g.ensemble.way)
+
+
+def fit(groups, rows, tried=()):
+    """([shares of each group], [narrower ranges], mean score) from some rows of each group.
+
+    Ranges are those of a way in all groups: an input is what it is, whatever the cause. One after the other is taken, as
+    long as it pays.
+    """
+    rows = [np.asarray(r, int) for r in rows]
+    total = sum(len(r) for r in rows)
+
+    def score(shares, kept):
+        return sum(float(g.ensemble.crps(g.ensemble.weights(s, k))[r].sum()) for g, s, k, r in zip(groups, shares, kept, rows)) / total
+
+    def fitted(kept):
+        return [fit_shares(g.ensemble, r, k)[0] if len(r) else np.full(len(g.ensemble.ways), 1.0 / len(g.ensemble.ways)) for g, k, r in zip(groups, kept, rows)]
+
+    kept, parts = [g.ensemble.there for g in groups], []
+    shares = fitted(kept)
+    least = score(shares, kept)
+    while True:
+        taken = {(n.way, n.key) for n in parts}
+        best = None
+        for n in tried:
+            if (n.way, n.key) in taken:
+                continue
+            now = [k & g.inside(n) if n.way in g.ensemble.ways else k for g, k in zip(groups, kept)]
+            if not enough(groups, now):
+                continue
+            s = score(shares, now)
+            if best is None or s < best[0]:
+                best = (s, n, now)
+        if best is None or best[0] >= least * (1.0 - LEAST_GAIN):
+            return shares, parts, least
+        parts, kept = [*parts, best[1]], best[2]
+        shares = fitted(kept)
+        least = score(shares, kept)

@@ -46,22 +46,24 @@ def by_cause(table, models):
 
 
 def over_speed(table, models):
-    """Real and predicted means over speed, one panel for each cause."""
+    """Real and predicted means over speed, by the simulation and by the forest, one panel for each cause."""
     groups = sorted(set(table.group))
     figure, axes = style.panels(len(groups), 3, style.TWO_COLUMNS, 2.1, x=True, y=True)
     v, rows = table['speed_mph'], models['simulation', '']
+    theirs = models['quantile forest', 'by folds']
     edges = np.arange(0.0, v.max() + SPEED_STEP, 2 * SPEED_STEP)
     for ax, group in zip(axes, groups):
-        places, real, mean, low, high = [], [], [], [], []
+        places, real, mean, low, high, forest = [], [], [], [], [], []
         for start, end in zip(edges[:-1], edges[1:]):
             k = (table.group == group) & (v >= start) & (v < end)
             if k.sum() < 5:
                 continue
             places.append(v[k].mean())
-            for values, of in ((real, table.real), (mean, rows.mean), (low, rows.low), (high, rows.high)):
+            for values, of in ((real, table.real), (mean, rows.mean), (low, rows.low), (high, rows.high), (forest, theirs.mean)):
                 values.append(of[k].mean())
         ax.fill_between(places, low, high, facecolor='0.87', edgecolor='none')
         ax.plot(places, mean, color=style.COLOURS[1], linestyle='-')
+        ax.plot(places, forest, color=style.COLOURS[3], linestyle='--')
         ax.plot(places, real, color=style.COLOURS[0], marker='o', linestyle='none')
         ax.set_title(group.replace('_', ' '))
     axes[0].set_ylim(bottom=0.0)  # of all panels; once everything is drawn
@@ -72,9 +74,10 @@ def over_speed(table, models):
     handles = [
         Line2D([], [], color=style.COLOURS[0], marker='o', linestyle='none', label='real, mean'),
         Line2D([], [], color=style.COLOURS[1], label='simulation, mean'),
+        Line2D([], [], color=style.COLOURS[3], linestyle='--', label='quantile forest by folds, mean'),
         Line2D([], [], color='0.87', linewidth=6, label='simulation, 5 to 95 %, mean of the ends'),
     ]
-    style.legend(figure, handles, 3)
+    style.legend(figure, handles, 2)
     style.heading(figure, 'cars derailed over speed, by cause', f'{len(table)} accidents, bands of {2 * SPEED_STEP:g} mph with five or more')
     return figure
 

@@ -126,6 +126,11 @@ class Members:
         self.row = np.array([place[int(r['line'])] for r in kept])
         self.way = np.array([r['way'] for r in kept])
         self.cars = np.array([float(r['derailed_without_locomotives']) for r in kept])
+        place = table['first_car_position'] if 'first_car_position' in table.text else None
+        if place is None or 'first_car_position' not in kept[0]:
+            self.moved = np.zeros(len(kept), bool)
+        else:
+            self.moved = np.array([float(r['first_car_position']) for r in kept]) != place[self.row]
         self.rows = kept
 
     def input(self, key):

@@ -116,7 +116,7 @@ int validate(const ValidateArguments& a) {
   write("validation.json", validation::to_json(v) + "\n");
   study::write_about(folder, plan.first(),
                      {static_cast<std::int64_t>(ensembles.members.size()), ensembles.failed, ensembles.warnings},
-                     ensembles.wall_time);
+                     ensembles.wall_time, validation::described(plan));
   if (ensembles.failed > 0) {
     std::cerr << fmt::format("derail: {} of {} runs failed; their rows in members.csv say why\n", ensembles.failed,
                              ensembles.members.size());

@@ -167,6 +167,13 @@ void describe_rails(V& v, R& r) {
             "share of derail_ratio; 0: "
             "they never do.",
             &kRolling});
+  v.number(
+      "load_exponent", r.load_exponent, {"1", "", between(0, 2), between(0, 1)},
+      {"The lateral force at which a truck leaves the rails grows with the weight of its car to this power; 1: L/V "
+       "decides.",
+       &kYieldingRails});
+  v.number("reference_weight", r.reference_weight, {"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)},
+           {"Weight of a car at which derail_ratio is L/V.", &kRailLoadExponent});
 }
 
 template <class V, class T>
@@ -201,6 +208,10 @@ template <class V, class O>
 void describe_obstacles(V& v, O& o) {
   v.number("rate", o.rate, {"1/m", "1/km", between(0, 1), between(0, 0.02)},
            "Obstacles at random places along the track, by its length: turnouts, crossings, bridges.");
+  v.number("speed_exponent", o.speed_exponent, {"1", "", between(-5, 5), between(0, 3)},
+           "k: the rate is that much times (speed of the train / reference_speed)^-k. Slow track has more of them.");
+  v.number("reference_speed", o.reference_speed, {"m/s", "mph", between(0.01, 200), between(1, 45)},
+           {"Speed of a train at which the rate is rate.", &kObstaclesBySpeed});
   v.number("throw_probability", o.throw_probability, {"1", "", between(0, 1)},
            "That an obstacle throws a truck that runs on the ties off the track bed.");
   v.number("throw_speed", o.throw_speed, {"m/s", "ft/s", between(0, 100), between(0, 5)},
@@ -268,6 +279,23 @@ void describe_brakes(V& v, B& b) {
       {"Time of the crew's emergency application, at the front; left out: none. A coupler that breaks makes one where "
        "it breaks.",
        &kAirBrakes});
+  v.number(
+      "emergency_speed_exponent", b.emergency_speed_exponent, {"1", "", between(-5, 5), between(0, 3)},
+      {"k: that time is emergency_time (speed of the train / reference_speed)^-k. A faster derailment parts the pipe, "
+       "or alarms the crew, sooner.",
+       &kEmergencyTime});
+  v.number("reference_speed", b.reference_speed, {"m/s", "mph", between(0.01, 200), between(1, 45)},
+           {"Speed of a train at which that time is emergency_time.", &kEmergencyBySpeed});
+}
+
+template <class V, class T>
+void describe_traction(V& v, T& t) {
+  v.choice(
+      "law", t.law, kTractionLaws,
+      "none: locomotives coast; steady: they go on with the power, or downhill with the force, that held the train "
+      "at its speed, until the emergency signal comes to them. Locomotives are blocks with that word in the name.");
+  v.number("adhesion", t.adhesion, {"1", "", between(0, 1), between(0.1, 0.45)},
+           {"Largest force of a locomotive along the track over its weight.", &kTraction});
 }
 
 template <class V, class C>
@@ -414,6 +442,10 @@ void describe_initial(V& v, I& i) {
            {"Truck of the first car that is off the rails at time 0; either: the seed decides.", &kFirstTruck});
   v.number("truck_probability", i.truck_probability, {"1", "", between(0, 1)},
            {"Of every truck but the first, to leave the rails on bad track or at a switch.", &kByChance});
+  v.number("persistence", i.persistence, {"1", "", between(0, 1)},
+           {"The same of a truck behind one that has left the rails there: it has spread them. Left out: "
+            "truck_probability.",
+            &kByChance});
   v.number("bad_track_length", i.bad_track_length, {"m", "ft", between(0, 1e4), between(0, 500)},
            {"From the point of derailment on; a truck leaves the rails anywhere on it.", &kBadTrack});
   v.number("frog_distance", i.frog_distance, {"m", "ft", between(0, 1e4), between(5, 100)},
@@ -497,6 +529,8 @@ void describe(V& v, S& s) {
       "track", s.track, [](auto& w, auto& t) { describe_track(w, t); }, "Direction, curves and grades of the track.");
   v.group(
       "brakes", s.brakes, [](auto& w, auto& b) { describe_brakes(w, b); }, "Brakes of the cars on the track.");
+  v.group("traction", s.traction, [](auto& w, auto& t) { describe_traction(w, t); },
+          {"What locomotives pull until the brakes come.", &kOnRails});
   v.group(
       "contact", s.contact, [](auto& w, auto& c) { describe_contact(w, c); }, "Contact of car bodies.");
   v.group("suspension", s.suspension, [](auto& w, auto& g) { describe_suspension(w, g); },

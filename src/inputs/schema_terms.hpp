@@ -88,6 +88,8 @@ inline constexpr std::array<Names<BrakeSource>, 2> kBrakeSources{
 inline constexpr std::array<Names<ContactLaw>, 2> kContactLaws{
     {{"none", ContactLaw::none}, {"elastic", ContactLaw::elastic}}};
 inline constexpr std::array<Names<TieLaw>, 2> kTieLaws{{{"none", TieLaw::none}, {"guided", TieLaw::guided}}};
+inline constexpr std::array<Names<TractionLaw>, 2> kTractionLaws{
+    {{"none", TractionLaw::none}, {"steady", TractionLaw::steady}}};
 inline constexpr std::array<Names<Mechanism>, 5> kMechanisms{{{"broken_rail", Mechanism::broken_rail},
                                                               {"bad_track", Mechanism::bad_track},
                                                               {"dragging_truck", Mechanism::dragging_truck},
@@ -109,7 +111,7 @@ struct PartInput {
   bool needs_rails;                       ///< acts only with ground.on_track_law: rails
 };
 inline std::string on_text(bool on, const std::string& value) { return on ? value : ""; }
-inline const std::array<PartInput, 18> kParts{{
+inline const std::array<PartInput, 20> kParts{{
     {"ground.on_track_law",
      [](const Scenario& s) { return on_text(s.ground.on_track_law == OnTrackLaw::rails, "rails"); }, false},
     {"ground.off_track_law",
@@ -117,6 +119,8 @@ inline const std::array<PartInput, 18> kParts{{
     {"ground.load_exponent",
      [](const Scenario& s) { return on_text(s.ground.load_exponent != 1.0, number_text(s.ground.load_exponent)); },
      false},
+    {"rails.load_exponent",
+     [](const Scenario& s) { return on_text(s.rails.load_exponent != 1.0, number_text(s.rails.load_exponent)); }, true},
     {"ground.patches",
      [](const Scenario& s) {
        return on_text(!s.ground.patches.empty(), fmt::format("{} patches", s.ground.patches.size()));
@@ -147,6 +151,7 @@ inline const std::array<PartInput, 18> kParts{{
        return on_text(!s.track.curves.empty(), fmt::format("{} curves", s.track.curves.size()));
      },
      true},
+    {"traction.law", [](const Scenario& s) { return on_text(s.traction.law == TractionLaw::steady, "steady"); }, true},
     {"ties.law", [](const Scenario& s) { return on_text(s.ties.law == TieLaw::guided, "guided"); }, true},
     {"initial.mechanism",
      [](const Scenario& s) {
@@ -228,6 +233,11 @@ inline constexpr When kTurnout{
     "initial.mechanism: switch and ties.law: guided"};
 inline constexpr When kFirstTruck{[](const Scenario& s) { return s.initial.mechanism != Mechanism::broken_rail; },
                                   "another initial.mechanism than broken_rail"};
+inline constexpr When kTraction{[](const Scenario& s) { return s.traction.law == TractionLaw::steady; },
+                                "traction.law: steady"};
+inline constexpr When kObstaclesBySpeed{
+    [](const Scenario& s) { return s.obstacles.rate > 0.0 && s.obstacles.speed_exponent != 0.0; },
+    "an obstacles.rate above 0 and an obstacles.speed_exponent"};
 inline constexpr When kOnTies{[](const Scenario& s) { return s.ties.law == TieLaw::guided; }, "ties.law: guided"};
 inline constexpr When kPartingPipe{
     [](const Scenario& s) { return s.ties.law == TieLaw::guided && s.brakes.law == BrakeLaw::air; },
@@ -235,10 +245,15 @@ inline constexpr When kPartingPipe{
 inline constexpr When kEmergencyTime{
     [](const Scenario& s) { return s.brakes.law == BrakeLaw::air && s.brakes.emergency_time.has_value(); },
     "brakes.law: air and a brakes.emergency_time"};
+inline constexpr When kEmergencyBySpeed{
+    [](const Scenario& s) { return kEmergencyTime.holds(s) && s.brakes.emergency_speed_exponent != 0.0; },
+    "brakes.law: air, a brakes.emergency_time and a brakes.emergency_speed_exponent"};
 inline constexpr When kPlanarExtended{
     [](const Scenario& s) { return s.model != Model::spatial && s.model != Model::paper; }, "the extended model"};
 inline constexpr When kLoadExponent{[](const Scenario& s) { return s.ground.load_exponent != 1.0; },
                                     "another ground.load_exponent than 1"};
+inline constexpr When kRailLoadExponent{[](const Scenario& s) { return s.rails.load_exponent != 1.0; },
+                                        "another rails.load_exponent than 1"};
 inline constexpr When kErrorControl{
     [](const Scenario& s) { return s.solver.method != Method::semi_implicit && !s.solver.fixed_step; },
     "solver.method: cash_karp, dormand_prince or bdf, without solver.fixed_step"};

@@ -47,7 +47,8 @@ void check_parts(const Scenario& s) {
            "rails");
   }
   if (model == Model::spatial) {
-    for (const char* key : {"initial.mechanism", "ties.law", "ground.load_exponent"}) {
+    for (const char* key :
+         {"initial.mechanism", "ties.law", "traction.law", "ground.load_exponent", "rails.load_exponent"}) {
       const auto is_it = [key](const PartInput& p) { return std::string_view(p.key) == key; };
       const std::string value = std::find_if(kParts.begin(), kParts.end(), is_it)->value(s);
       if (!value.empty())

@@ -97,8 +97,6 @@ Warning idle(const KeyValue& v) {
           "no effect: it acts with " + v.acts_with};
 }
 
-bool is_locomotive(const CarBlock& b) { return b.name.find("locomotive") != std::string::npos; }
-
 bool is_passenger_car(const std::string& name) {
   const std::string lower = files::lower_case(name);
   const auto has = [&](const char* word) { return lower.find(word) != std::string::npos; };

@@ -37,7 +37,9 @@ AirBrakes::AirBrakes(const inputs::Scenario& scenario, const std::vector<Car>& c
       place += block.length + scenario.coupler.length;
     }
   }
-  if (law_.emergency_time) vent(*law_.emergency_time * crew_delay_factor(scenario.initial.perturbation), -1);
+  if (law_.emergency_time) {
+    vent(emergency_moment(law_, scenario.initial.speed) * crew_delay_factor(scenario.initial.perturbation), -1);
+  }
 }
 
 void AirBrakes::prepare(double t) {

@@ -20,6 +20,8 @@ class AirBrakes final : public Part {
   const ArrayX& share() const { return share_; }
   /// The same once brakes that have been applied are full.
   double full_share(Eigen::Index car) const;
+  /// When the emergency signal comes to the car, as is known now; infinite: not at all [s].
+  double signal(Eigen::Index car) const { return signal_[car]; }
   /// The brake pipe is opened at time t [s] between car `coupler` and the next (coupler -1: at the head of the train).
   void vent(double t, Eigen::Index coupler);
   /// The brake pipe is opened at time t [s] under car `car`.

@@ -7,6 +7,26 @@ namespace train_derail::model {
 
 using inputs::Mechanism;
 
+namespace {
+
+/// Trucks come to the place one after the other: front and rear one of each car, from the first car on. Where the one
+/// before has left the rails the chance is `persistence`: a chain of Markov. The first truck of the run has.
+template <class Uniform, class Generator>
+void persist(const inputs::Scenario& s, Uniform& uniform, Generator& generator, std::vector<double>& places) {
+  const auto cars = static_cast<int>(places.size() / 2);
+  bool left = true;
+  double at = 0.0;
+  for (int i = 2 * s.initial.cars_ahead + (starts_with_front(s) ? 1 : 2); i < 2 * cars; ++i) {
+    double& place = places[static_cast<std::size_t>(i % 2 == 0 ? i / 2 : cars + i / 2)];
+    const double chance = uniform(generator);
+    if (left) place = chance < *s.initial.persistence ? at : inputs::kInfinity;
+    left = place < inputs::kInfinity;
+    if (left) at = place;
+  }
+}
+
+}  // namespace
+
 bool starts_with_front(const inputs::Scenario& s) {
   switch (s.initial.truck) {
     case inputs::FirstTruck::front: return true;
@@ -46,6 +66,7 @@ std::vector<double> bad_places(const inputs::Scenario& s, std::size_t cars) {
     const double chance = uniform(generator), share = uniform(generator);
     if (chance < start.truck_probability) place = share * length;
   }
+  if (start.persistence) persist(s, uniform, generator, places);
   return places;
 }
 

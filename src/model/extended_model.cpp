@@ -11,6 +11,7 @@
 #include "model/planar_rest.hpp"
 #include "model/planar_rolling.hpp"
 #include "model/rolled_away.hpp"
+#include "model/traction.hpp"
 #include "model/trucks.hpp"
 #include "simd/instruction_sets.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
@@ -35,6 +36,7 @@ struct ExtendedModel::Parts {
   PlanarRolling rolling;
   const inputs::Track track;
   std::unique_ptr<Contacts> contacts;  // null: bodies pass through each other
+  std::unique_ptr<Traction> traction;  // null: locomotives coast
   const bool front_first;              // the truck that is off first
   const bool still;                    // the first car has no lateral motion at the start
   std::vector<Part*> all;              // in the order in which they act
@@ -55,6 +57,10 @@ struct ExtendedModel::Parts {
       contacts =
           std::make_unique<Contacts>(s.contact, train.cars(), s.ground.regularization_speed, loops, record, rest);
       all.push_back(contacts.get());
+    }
+    if (s.traction.law == inputs::TractionLaw::steady) {
+      traction = std::make_unique<Traction>(s, train.cars(), brakes, trucks, record);
+      all.push_back(traction.get());
     }
     static_cast<PlanarArrays&>(arrays) = cars;
     arrays.grade = s.track.grade / std::sqrt(1.0 + s.track.grade * s.track.grade);

@@ -46,9 +46,11 @@ void TieRuns::place_obstacles(const inputs::Scenario& scenario) {
     add(place.at, place.throw_probability.value_or(o.throw_probability));
   if (scenario.initial.mechanism == inputs::Mechanism::turnout)
     add(scenario.initial.frog_distance, o.throw_probability);
-  if (o.rate > 0.0) {
+  constexpr double kRateMax = 1.0;  // 1/m, as of obstacles.rate: a train that stands meets none
+  const double rate = std::min(obstacle_rate(o, scenario.initial.speed), kRateMax);
+  if (rate > 0.0) {
     Generator generator = generator_of(scenario, 0x0b57ac1eULL);
-    boost::random::exponential_distribution<double> gap(o.rate);
+    boost::random::exponential_distribution<double> gap(rate);
     const double end = inputs::track_extent(scenario).to;
     for (double at = gap(generator); at < end; at += gap(generator)) add(at, o.throw_probability);
   }

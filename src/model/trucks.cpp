@@ -43,7 +43,7 @@ Trucks::Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs:
       bad_places_(bad_places(scenario, train.cars().size())) {
   const Eigen::Index n = train.car_count();
   for (auto* a : {&ground_load_, &kick_, &arc_, &new_arc_, &bed_offset_, &overloaded_, &offset_, &tangent_y_, &load_,
-                  &rail_damping_, &px_, &py_, &lateral_before_}) {
+                  &holding_load_, &rail_damping_, &px_, &py_, &lateral_before_}) {
     *a = ArrayX::Zero(2 * n);
   }
   kept_ = ArrayX::Zero(2 * n * TruckParts::kept);
@@ -55,6 +55,7 @@ Trucks::Trucks(const PlanarModel& train, const PlanarArrays& cars, const inputs:
     const Car& car = train.cars()[static_cast<std::size_t>(k)];
     for (const End end : {FRONT, REAR}) {
       load_[truck(k, end)] = 0.5 * car.weight;
+      holding_load_[truck(k, end)] = holding_load(rails_, 0.5 * car.weight, car.weight);
       ground_load_[truck(k, end)] = 0.5 * friction_weight(scenario.ground, car.weight);
       rail_damping_[truck(k, end)] = rail_damping(rails_, car.mass);
       kick_[truck(k, end)] = perturbation.kick * normal(generator);
@@ -92,7 +93,7 @@ bool Trucks::derailed(Eigen::Index car) const {
 bool Trucks::sits_easily(Eigen::Index car, double share) const {
   for (const Eigen::Index i : {truck(car, FRONT), truck(car, REAR)}) {
     if (!on_rails(i)) return false;
-    if (rails_on_ && std::abs(lateral()[i]) > share * rails_.derail_ratio * load_[i]) return false;
+    if (rails_on_ && std::abs(lateral()[i]) > share * rails_.derail_ratio * holding_load_[i]) return false;
   }
   return true;
 }
@@ -172,7 +173,9 @@ void Trucks::pass_pod(Eigen::Index car) {
 }
 
 double Trucks::lateral_share(Eigen::Index car) const {
-  const auto share = [this](Eigen::Index i) { return std::abs(lateral()[i]) / (rails_.derail_ratio * load_[i]); };
+  const auto share = [this](Eigen::Index i) {
+    return std::abs(lateral()[i]) / (rails_.derail_ratio * holding_load_[i]);
+  };
   return std::max(share(truck(car, FRONT)), share(truck(car, REAR)));
 }
 
@@ -284,13 +287,13 @@ bool Trucks::give_way(const Step& step) {
 
 bool Trucks::leave_overloaded(const Step& step) {
   if (!rails_on_ || !loops_.overload(*busy_trucks_, rails_, step.length, lateral_before_.data(), lateral(),
-                                     load_.data(), overloaded_.data()))
+                                     holding_load_.data(), overloaded_.data()))
     return false;
   bool left = false;
   for (Eigen::Index i = 0; i < px_.size(); ++i) {
     if (!on_rails(i) || overloaded_[i] <= rails_.derail_time) continue;
-    const double t =
-        derail_moment(rails_, lateral_before_[i], lateral()[i], load_[i], step.end(), step.length, overloaded_[i]);
+    const double t = derail_moment(rails_, lateral_before_[i], lateral()[i], holding_load_[i], step.end(), step.length,
+                                   overloaded_[i]);
     leave(t, i, Cause::lateral, step.after);
     left = true;
   }

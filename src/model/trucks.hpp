@@ -136,8 +136,8 @@ class Trucks final : public Part {
   const std::vector<double> bad_places_;
   std::vector<Eigen::Index> drifted_off_;  // to leave the track bed in this step
   ArrayX new_arc_, bed_offset_;  // of the places as they are now, offsets from the centre line; only on curved track
-  ArrayX ground_load_, kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, rail_damping_,
-      patch_, px_, py_;
+  ArrayX ground_load_, kick_, arc_, overloaded_, on_track_, offset_, tangent_x_, tangent_y_, load_, holding_load_,
+      rail_damping_, patch_, px_, py_;
   ArrayX lateral_before_;  // lateral forces of the rails at the end of the step before [N]
   ArrayX kept_;            // column after column
 };

@@ -240,9 +240,10 @@ Totals write_summary(const std::string& folder, const Study& study, const std::a
   return totals_of(runs, study);
 }
 
-void write_about(const std::string& folder, const Study& study, const Totals& totals, double wall_time) {
+void write_about(const std::string& folder, const Study& study, const Totals& totals, double wall_time,
+                 const std::string& described) {
   nlohmann::ordered_json j;
-  j["study"] = nlohmann::ordered_json::parse(to_json(study));
+  j["study"] = nlohmann::ordered_json::parse(described.empty() ? to_json(study) : described);
   j["columns"] = columns(study);
   j["version"] = TRAIN_DERAIL_VERSION;
   utsname name{};

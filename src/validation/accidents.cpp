@@ -30,8 +30,6 @@ constexpr int kCountMax = 1000;
 constexpr double kSpeedMax = 300.0, kTonsMin = 10.0,
                  kTonsMax = 1000.0;  // mph, short tons; beyond these a typing mistake is likely
 
-bool is_locomotive(const CarBlock& block) { return block.name == "locomotive"; }
-
 /// A row of the table.
 struct Line {
   std::size_t number = 0;  // line of the file, from 1

@@ -24,8 +24,10 @@ std::vector<std::string> fields_of(const Accident& accident, std::int64_t number
 /// Returns what evaluate() needs of a member, from a good row of the journal.
 Member member_from(const std::vector<std::string>& fields);
 
-/// Returns a row of the journal as a line of members.csv, with its way, if the plan is by cause, and its inputs: those
-/// of plan.keys(), empty where the way does not vary them.
-std::string line_of(std::vector<std::string> fields, const Plan& plan, const Way& way, const study::Point& point);
+/// Returns a row of the journal as a line of members.csv, with its way and the position of its first car (`accident`:
+/// as the member has it), if the plan is by cause, and its inputs: those of plan.keys(), empty where the way does not
+/// vary them.
+std::string line_of(std::vector<std::string> fields, const Plan& plan, const Way& way, const study::Point& point,
+                    const Accident& accident);
 
 }  // namespace train_derail::validation

@@ -52,17 +52,20 @@ class PlanReader {
     std::string title, causes, fitted_on;
     YAML::Node groups;
     std::vector<ClassWay> classes;
+    double counting = 0.0;
     for (const auto& entry : root) {
       const std::string key = entry.first.as<std::string>("");
       if (key == "title" && entry.second.IsScalar()) title = entry.second.Scalar();
       else if (key == "causes" && entry.second.IsScalar()) causes = beside(entry.second);
       else if (key == "fitted_on" && entry.second.IsScalar()) fitted_on = beside(entry.second);
+      else if (key == "positions_counting_locomotives") counting = share(entry.first, entry.second, key);
       else if (key == "groups" && entry.second.IsMap()) groups = entry.second;
       else if (key == "classes" && entry.second.IsSequence()) classes = class_list(entry.second);
       else
         throw InputError(
             where(entry.first), key, "", "unknown key, or a value of the wrong kind",
-            "title, causes, fitted_on: text, groups: ways by the name of a group, classes: a list of class and study");
+            "title, causes, fitted_on: text, positions_counting_locomotives: a number, groups: ways by the name of a "
+            "group, classes: a list of class and study");
     }
     if (causes.empty()) throw InputError(path_, "causes", "", "missing", "a file of causes by group");
     if (!groups.IsDefined() || groups.IsNull())
@@ -82,6 +85,7 @@ class PlanReader {
     Plan plan(std::move(title), std::move(known), std::move(ways), classes);
     plan.source = path_;
     plan.fitted_on = fitted_on;
+    plan.positions_counting_locomotives = counting;
     return plan;
   }
 
@@ -89,6 +93,13 @@ class PlanReader {
   std::string where(const YAML::Node& node) const { return fmt::format("{}:{}", path_, node.Mark().line + 1); }
   std::string beside(const YAML::Node& node) const {
     return (std::filesystem::path(path_).parent_path() / node.Scalar()).string();
+  }
+
+  double share(const YAML::Node& at, const YAML::Node& node, const std::string& key) const {
+    const double share = node.as<double>(NAN);
+    if (!(share >= 0.0 && share <= 1.0))
+      throw InputError(where(at), key, node.as<std::string>(""), "out of range", "0 to 1");
+    return share;
   }
 
   /// A list of {class: file, study: file}.
@@ -130,10 +141,7 @@ class PlanReader {
       if (key == "name" && entry.second.IsScalar()) {
         w.name = entry.second.Scalar();
       } else if (key == "share") {
-        w.share = entry.second.as<double>(NAN);
-        if (!(w.share >= 0.0 && w.share <= 1.0))
-          throw InputError(where(entry.first), "groups." + group + ".share", entry.second.as<std::string>(""),
-                           "out of range", "0 to 1");
+        w.share = share(entry.first, entry.second, "groups." + group + ".share");
       } else if (key == "study" && entry.second.IsScalar()) {
         w.study = changed(study::read_study_file(beside(entry.second), changes_.overrides, changes_.spread), changes_);
       } else {
@@ -151,11 +159,12 @@ class PlanReader {
   const PlanChanges& changes_;
 };
 
-/// A number from 0 to 1 that belongs to an accident, the same for all its members.
-double chance_of(const study::Study& study, const Accident& accident) {
+/// A number from 0 to 1 that belongs to an accident and a purpose (1, 2, ...), the same for all its members.
+double chance_of(const study::Study& study, const Accident& accident, std::int64_t purpose) {
   constexpr std::int64_t kStream = std::int64_t{1} << 40;  // beyond the numbers of runs and of samples of rows
   constexpr double kSeeds = 9007199254740992.0;
-  return static_cast<double>(study::run_of(study, -kStream - static_cast<std::int64_t>(accident.line)).seed) / kSeeds;
+  const std::int64_t number = -purpose * kStream - static_cast<std::int64_t>(accident.line);
+  return static_cast<double>(study::run_of(study, number).seed) / kSeeds;
 }
 
 }  // namespace
@@ -208,13 +217,28 @@ const std::vector<Way>& Plan::ways_of_group(const std::string& group) const { re
 const Way& Plan::way_of(const Accident& accident, std::int64_t member) const {
   const std::vector<Way>& ways = ways_of(accident);
   const auto members = static_cast<double>(members_of(ways.front().study));
-  double place = chance_of(ways.front().study, accident) + static_cast<double>(member) / members;
+  double place = chance_of(ways.front().study, accident, 1) + static_cast<double>(member) / members;
   place -= std::floor(place);
   for (const Way& w : ways) {
     if (place < w.share) return w;
     place -= w.share;
   }
   return ways.back();
+}
+
+Accident Plan::seen_by(const Accident& accident, std::int64_t member) const {
+  Accident seen = accident;
+  const bool of_class = std::any_of(classes_.begin(), classes_.end(),
+                                    [&](const ClassWays& c) { return outside(c.of, accident).empty(); });
+  if (positions_counting_locomotives == 0.0 || of_class) return seen;
+  constexpr double kGolden = 0.6180339887498949;  // so that each way has its part of them
+  double place = chance_of(first(), accident, 2) + kGolden * static_cast<double>(member);
+  place -= std::floor(place);
+  if (place >= positions_counting_locomotives) return seen;
+  const int ahead = std::min(accident.head_end_locos, accident.first_car_position - 1);
+  seen.first_car_position -= ahead;
+  seen.cars_from_pod_to_rear += ahead;
+  return seen;
 }
 
 std::vector<const Way*> Plan::all_ways() const {

@@ -280,9 +280,10 @@ Member member_from(const std::vector<std::string>& fields) {
   return m;
 }
 
-std::string line_of(std::vector<std::string> fields, const Plan& plan, const Way& way, const study::Point& point) {
+std::string line_of(std::vector<std::string> fields, const Plan& plan, const Way& way, const study::Point& point,
+                    const Accident& accident) {
   std::vector<std::string> inputs;
-  if (plan.by_cause()) inputs.push_back(way.name);
+  if (plan.by_cause()) inputs = {way.name, fmt::format("{}", accident.first_car_position)};
   for (const std::string& key : plan.keys()) {
     const auto& factors = way.study.factors;
     const auto of = std::find_if(factors.begin(), factors.end(), [&](const study::Factor& f) { return f.key == key; });
@@ -295,7 +296,7 @@ std::string line_of(std::vector<std::string> fields, const Plan& plan, const Way
 
 std::string members_csv(const Plan& plan, const Ensembles& ensembles) {
   std::vector<std::string> names = journal_columns(), inputs = plan.keys();
-  if (plan.by_cause()) inputs.insert(inputs.begin(), "way");
+  if (plan.by_cause()) inputs.insert(inputs.begin(), {"way", "first_car_position"});
   names.erase(names.begin());
   names.insert(names.begin() + kBeforeInputs, inputs.begin(), inputs.end());
   std::string text = files::csv_row(names) + "\n";

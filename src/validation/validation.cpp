@@ -210,11 +210,14 @@ Ensembles run(const Plan& plan, const AccidentTable& accidents, int jobs, Kept k
     const Way& way = way_of(i);
     return rows[i / per_row].points.at(&way)[static_cast<std::int64_t>(i % per_row) / way.study.replicates];
   };
+  const auto accident_of = [&](std::size_t i) {
+    return plan.seen_by(accidents.rows[i / per_row], static_cast<std::int64_t>(i % per_row));
+  };
   const auto place = [&](std::size_t i, Member m, const std::vector<std::string>& fields) {
     m.row = i / per_row;
     m.member = static_cast<std::int64_t>(i % per_row);
     m.way = way_of(i).name;
-    m.text = line_of(fields, plan, way_of(i), point_of(i));
+    m.text = line_of(fields, plan, way_of(i), point_of(i), accident_of(i));
     e.members[i] = std::move(m);
   };
   for (std::size_t i = 0; i < e.members.size(); ++i) {
@@ -224,7 +227,6 @@ Ensembles run(const Plan& plan, const AccidentTable& accidents, int jobs, Kept k
   }
   progress.done = progress.total - static_cast<std::int64_t>(missing.size());
 
-  const auto accident_of = [&](std::size_t i) -> const Accident& { return accidents.rows[i / per_row]; };
   const auto computed = [&](std::size_t k) {
     const std::size_t i = missing[k];
     return compute(way_of(i).study, accident_of(i), point_of(i), study::run_of(plan.first(), number_of(i)), stop);
@@ -260,6 +262,7 @@ std::optional<InputError> wrong_scenario(const Plan& plan, const AccidentTable& 
 nlohmann::ordered_json description_by_cause(const Plan& plan) {
   nlohmann::ordered_json j;
   j["title"] = plan.title();
+  j["positions_counting_locomotives"] = plan.positions_counting_locomotives;
   for (const CauseGroups::Group& g : plan.causes().groups) {
     nlohmann::ordered_json group{{"name", g.name}, {"codes", g.codes}, {"families", g.families}};
     for (const Way& w : plan.ways_of_group(g.name)) {
@@ -275,8 +278,7 @@ nlohmann::ordered_json description_by_cause(const Plan& plan) {
 
 /// The plan and the rows asked for, as they stand in the table.
 std::string description(const Plan& plan, const AccidentTable& accidents) {
-  nlohmann::ordered_json j = nlohmann::ordered_json::parse(study::to_json(plan.first()));
-  if (plan.by_cause()) j = description_by_cause(plan);
+  nlohmann::ordered_json j = nlohmann::ordered_json::parse(described(plan));
   j["points"] = "of each row";
   j["accidents"]["columns"] = accidents.columns;
   for (const Accident& a : accidents.rows) j["accidents"]["rows"][fmt::format("{}", a.line)] = a.fields;
@@ -317,6 +319,10 @@ void judge(Validation& v) {
 }
 
 }  // namespace
+
+std::string described(const Plan& plan) {
+  return plan.by_cause() ? description_by_cause(plan).dump() : study::to_json(plan.first());
+}
 
 void check_scenarios(const Plan& plan, AccidentTable& accidents, bool skip_invalid) {
   std::vector<InputError> errors;

@@ -229,6 +229,22 @@ TEST(Brakes, OfACarHaveOneForceWhateverItIsLoadedWith) {
   EXPECT_NEAR(deceleration(empty), 0.5 * deceleration(loaded), 1e-4);
 }
 
+TEST(Brakes, TheEmergencyComesSoonerToAFasterTrain) {
+  inputs::Scenario s = braking(1);
+  s.brakes.emergency_time = 2.0;
+  s.brakes.dead_time = 0.0;
+  s.brakes.reference_speed = 10.0;
+  s.initial.speed = 20.0;
+  for (const double k : {0.0, 1.0, 2.0}) {
+    s.brakes.emergency_speed_exponent = k;
+    EXPECT_DOUBLE_EQ(model::emergency_moment(s.brakes, 10.0), 2.0);
+    EXPECT_DOUBLE_EQ(model::emergency_moment(s.brakes, 5.0), 2.0 * std::pow(2.0, k));
+    Train train(s, {CarMotion{-1000.0, 0.0, 0.0, 20.0, 0.0, 0.0}});
+    EXPECT_NEAR(onsets(train, 20.0).at(0) - place(0) / 200.0, 2.0 * std::pow(0.5, k), 0.03) << k;
+  }
+  EXPECT_DOUBLE_EQ(model::emergency_moment(s.brakes, 0.0), 86400.0);
+}
+
 TEST(Brakes, CrewsDifferByTheSeed) {
   inputs::Scenario s = braking(1);
   s.initial.perturbation.emergency_time = 0.5;

@@ -91,6 +91,42 @@ TEST(BadTrack, TakesTrucksWithItsProbabilityAnywhereOnIt) {
   EXPECT_NEAR(sum / count, 25.0, 4.3 * 50.0 / std::sqrt(12.0 * count));
 }
 
+TEST(BadTrack, PersistsBehindATruckThatHasSpreadIt) {
+  // A chain of Markov: the first run has 1 / (1 - q) trucks in the mean, of all trucks p / (1 + p - q) leave the rails,
+  // and each run is at one place.
+  inputs::Scenario s = test::accident(400);
+  s.initial.mechanism = Mechanism::bad_track;
+  const double p = s.initial.truck_probability = 0.1, q = 0.8;
+  s.initial.persistence = q;
+  const int seeds = 400, cars = 400;
+  double first_runs = 0.0, all = 0.0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    s.initial.perturbation.seed = seed;
+    const std::vector<double> places = model::bad_places(s, cars);
+    const auto place = [&](int i) { return places[static_cast<std::size_t>(i % 2 == 0 ? i / 2 : cars + i / 2)]; };
+    int run = 1;
+    for (; place(run) < inputs::kInfinity; ++run) ASSERT_EQ(place(run), 0.0) << "of the first run";
+    first_runs += run;
+    for (int i = 1; i < 2 * cars; ++i) all += place(i) < inputs::kInfinity ? 1.0 : 0.0;
+  }
+  EXPECT_NEAR(first_runs / seeds, 1.0 / (1.0 - q), 4.3 * std::sqrt(q) / (1.0 - q) / std::sqrt(seeds));
+  EXPECT_NEAR(all / (seeds * 2.0 * cars), p / (1.0 + p - q), 0.01);
+}
+
+TEST(BadTrack, WithThePersistenceOfOneTakesAllThatCome) {
+  inputs::Scenario s = rolling(Mechanism::bad_track);
+  s.ties.drag = 0.01;
+  s.initial.truck_probability = 0.0;
+  s.initial.persistence = 1.0;
+  Train all(s);
+  all.to(40.0);
+  EXPECT_EQ(all.incidents().derailments.size(), 20u);  // of ten cars
+  s.initial.persistence = 0.0;
+  Train none(s);
+  none.to(40.0);
+  EXPECT_EQ(none.incidents().derailments.size(), 1u);
+}
+
 TEST(DraggingTruck, IsTheOnlyOneThatLeavesTheRails) {
   for (const auto& [truck, front] :
        {std::pair{inputs::FirstTruck::front, true}, std::pair{inputs::FirstTruck::rear, false}}) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "train_derail/files/csv.hpp"
 #include "train_derail/inputs/error.hpp"
@@ -180,6 +181,30 @@ TEST_F(ByCause, TheShippedPlanIsReadAndGivesUnitTrainsOnBrokenRailsTheirStudyAsI
   }
 }
 
+TEST_F(ByCause, AShareOfThePositionsCountsTheLocomotives) {
+  validation::Plan ways = plan("positions_counting_locomotives: 0.25\n" + kPlan);
+  int moved = 0;
+  const int rows = 100, members = 40;
+  for (int line = 2; line < rows + 2; ++line) {
+    Accident a = accident("T207", static_cast<std::size_t>(line));
+    a.n_cars = 60;
+    a.head_end_locos = 3;
+    a.first_car_position = 51;
+    a.cars_from_pod_to_rear = 10;
+    for (int m = 0; m < members; ++m) {
+      const Accident seen = ways.seen_by(a, m);
+      ASSERT_EQ(seen.first_car_position + seen.cars_from_pod_to_rear, 61);
+      ASSERT_TRUE(seen.first_car_position == 51 || seen.first_car_position == 48);
+      moved += seen.first_car_position == 48 ? 1 : 0;
+    }
+    a.first_car_position = 2;
+    for (int m = 0; m < members; ++m) ASSERT_GE(ways.seen_by(a, m).first_car_position, 1);
+  }
+  EXPECT_NEAR(moved / double{rows * members}, 0.25, 0.01);
+  EXPECT_EQ(plan().seen_by(accident("T207"), 3).first_car_position, accident("T207").first_car_position);
+  EXPECT_NE(plan_refusal("positions_counting_locomotives: 2\n" + kPlan).find("out of range"), std::string::npos);
+}
+
 TEST_F(ByCause, AStudyChangesItsBase) {
   const study::Study base = study::read_study_file((folder_ / "study.yaml").string());
   const study::Study soft = study::read_study_file((folder_ / "soft.yaml").string());
@@ -230,6 +255,12 @@ TEST_F(ByCause, MembersAreThoseOfTheirWay) {
   const std::string rows = test::text_of(folder_ / "out" / "rows.csv");
   EXPECT_NE(rows.find(",cause_group"), std::string::npos);
   EXPECT_NE(rows.find(",wheel,"), std::string::npos) << rows;
+  const auto about = nlohmann::json::parse(test::text_of(folder_ / "out" / "about.json"));
+  const auto& of_wheels = about.at("study").at("groups").at(1);
+  EXPECT_EQ(of_wheels.at("name"), "wheel");
+  ASSERT_EQ(of_wheels.at("ways").size(), 2u);
+  EXPECT_EQ(of_wheels.at("ways").at(1).at("share"), 0.75);
+  EXPECT_EQ(of_wheels.at("ways").at(1).at("study").at("title"), "soft");
   EXPECT_EQ(derail("validate table.csv --study plan.yaml --out out --members 8 --resume").code, 0);
 }
 

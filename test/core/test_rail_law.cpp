@@ -137,6 +137,31 @@ TEST(Rails, LetGoWhenTheLateralForceHasBeenTooLargeForLongEnough) {
   }
 }
 
+TEST(Rails, HoldLightCarsByTheirOwnStrength) {
+  inputs::Rails r;
+  EXPECT_EQ(model::holding_load(r, 2e5, 1e5), 2e5);
+  r.load_exponent = 0.0;
+  r.reference_weight = 1.2e6;
+  for (const double weight : {3e5, 1.2e6, 2.4e6}) EXPECT_DOUBLE_EQ(model::holding_load(r, 0.5 * weight, weight), 6e5);
+  // A car of a quarter of the weight at the power one half: as if L/V had twice the limit.
+  inputs::Scenario s = test::on_rails(1, 1e-4);
+  s.rails.derail_ratio = 0.4;
+  s.rails.load_exponent = 0.5;
+  s.rails.reference_weight = 4.0 * s.consist[0].weight;
+  const double mass = s.consist[0].weight / inputs::kStandardGravity, w = std::sqrt(2.0 * s.rails.stiffness / mass);
+  const auto left = [&](double share) {  // of the limit of 0.8
+    const double rate = 0.8 * 0.5 * s.consist[0].weight / s.rails.stiffness * w;
+    s.rails.damping_ratio = s.rails.derail_time = 0.0;
+    Train push(s, {CarMotion{-500.0, 0.0, 0.0, 10.0, share * rate, 0.0}});
+    push.to(test::kPi / w);
+    return push.incidents().derailments.size();
+  };
+  EXPECT_EQ(left(0.98), 0u);
+  EXPECT_EQ(left(1.02), 2u);
+  s.rails.load_exponent = 1.0;
+  EXPECT_EQ(left(0.6), 2u);
+}
+
 TEST(Rails, ThatNeverYieldHoldAnything) {
   inputs::Scenario s = test::on_rails(1, 1e-4);
   s.rails.derail_ratio = inputs::kInfinity;

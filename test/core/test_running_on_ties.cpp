@@ -38,6 +38,18 @@ TEST(TieLaw, DriftsByWhatIsBeyondTheLimit) {
   EXPECT_DOUBLE_EQ(model::tie_drift(t, 0.0, 0.3, 4e5), 0.2);
 }
 
+TEST(Obstacles, AreMoreOnSlowTrack) {
+  inputs::Obstacles o;
+  o.rate = 2e-3;
+  o.reference_speed = 10.0;
+  EXPECT_EQ(model::obstacle_rate(o, 5.0), 2e-3);
+  o.speed_exponent = 1.5;
+  EXPECT_DOUBLE_EQ(model::obstacle_rate(o, 10.0), 2e-3);
+  EXPECT_DOUBLE_EQ(model::obstacle_rate(o, 2.5), 16e-3);
+  o.rate = 0.0;
+  EXPECT_EQ(model::obstacle_rate(o, 0.0), 0.0);
+}
+
 /// A train without couplers' forces, brakes or resistance, of which one truck runs on the ties.
 inputs::Scenario dragging(int cars, double step = 2e-3) {
   inputs::Scenario s = test::on_rails(cars, step);

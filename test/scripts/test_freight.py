@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""score_freight.py, fit_freight.py: scores worked out by hand, folds that never leak, a fit that finds what it was given, and both
+"""score_freight.py, fit_freight.py, fit_release.py: scores worked out by hand, folds that never leak, a fit that finds what it was given, and both
 scripts on real, short ensembles.
 
   test_freight.py path/to/derail
@@ -15,9 +15,10 @@ import numpy as np
 from plot_testing import PlotTest, RAILS, refusal, run_tests, script
 
 import fit_freight
+import fit_release
 import score_freight
-from derail_freight import competitors
-from derail_freight.fit import Group
+from derail_freight import competitors, release
+from derail_freight.fit import Group, fit_positions, position_weights
 from derail_freight.scores import Rows, crps, distribution, fair_crps, mean, pit, pit_histogram, quantile
 from derail_freight.table import FOLDS, Members, Table
 from derail_plots.errors import DataError
@@ -170,17 +171,76 @@ class FitTest(PlotTest):
         self.assertEqual(parts, {'x': 'lower half'})
         self.assertAlmostEqual(score, 0.0)
 
+    def test_the_share_of_positions_that_count_locomotives_is_found(self):
+        rows = rows_of(800, lambda i: 8 if (i // 2) % 10 < 3 else 5)
+        for row in rows:
+            row['first_car_position'], row['cars_from_pod_to_rear'] = '96', '5'
+        table = Table(rows)
+        lines = [
+            {'line': r['line'], 'way': 'heap', 'derailed_without_locomotives': '8' if m % 2 else '5', 'first_car_position': '93' if m % 2 else '96'}
+            for r in rows
+            for m in range(10)
+        ]
+        members = Members(table, lines)
+        self.assertEqual(members.moved.sum(), 4000)
+        every = np.arange(len(table))
+        self.assertAlmostEqual(fit_positions(table, members, every), 0.3)
+        weights = position_weights(members, 0.3)
+        self.assertAlmostEqual(weights[members.moved].sum() / weights.sum(), 0.3)
+        group = Group(table, members, every)
+        group.ensemble.weigh(weights)
+        self.assertAlmostEqual(group.weights([1.0], {})[0][1] * 5, 0.3)
+        for line in lines:
+            del line['first_car_position']
+        self.assertEqual(fit_positions(table, Members(table, lines), every), 0.0)
+
     def test_shares_go_into_the_file_of_ways(self):
-        path = self.path('w.yaml', 'groups:\n  broken_rail:\n    - {name: a, share: 0.5, study: a.yaml}\n    - {name: b, share: 0.5, study: b.yaml}\n  other:\n    - {name: a, share: 1, study: a.yaml}\n')
+        path = self.path('w.yaml', 'positions_counting_locomotives: 0.5  # why\ngroups:\n  broken_rail:\n    - {name: a, share: 0.5, study: a.yaml}\n    - {name: b, share: 0.5, study: b.yaml}\n  other:\n    - {name: a, share: 1, study: a.yaml}\n')
         groups = {'broken_rail': {'ways': {'a': 0.25, 'b': 0.75}}}
-        fit_freight.write_shares(path, groups)
+        fit_freight.write_shares(path, groups, 0.35)
         with open(path, encoding='utf-8') as file:
             text = file.read()
+        self.assertIn('positions_counting_locomotives: 0.35  # why\n', text)
         self.assertIn('{name: a, share: 0.2500, study: a.yaml}\n    - {name: b, share: 0.7500,', text)
         self.assertIn('{name: a, share: 1, study: a.yaml}', text)
         groups = {'g': {'ways': {'a': 1 / 3, 'b': 1 / 3, 'c': 1 / 3}}}
         fit_freight.rounded(groups)
         self.assertAlmostEqual(sum(groups['g']['ways'].values()), 1.0, places=12)
+
+
+HEAD = 'time_s,what,car_a,car_b,where_a,where_b,closing_speed_normal_m_s\n'
+
+
+class ReleaseTest(PlotTest):
+    def test_share_by_hand(self):
+        # Car 3 is hit at its head and at its shell, car 4 not at all, car 9 stands on the rails.
+        tanks = release.Tanks([HEAD + '0,derailed,3,,front_truck,,\n1,derailed,4,,front_truck,,\n2,impact,3,9,rear,front,6\n3,impact,3,9,left,rear,4\n'])
+        self.assertEqual(tanks.cars, 2)
+        of_hit = 1 - 0.9 * np.exp(-(6 - 1) / 20 - (4 - 1) / 10)
+        self.assertAlmostEqual(tanks.share(0.1, 1.0, 10.0), (of_hit + 0.1) / 2)
+        self.assertEqual(release.Tanks([HEAD]).share(0.1, 1.0, 10.0), 0.1)
+
+    def test_the_law_that_made_the_reports_is_found(self):
+        random = np.random.default_rng(5)
+        tanks = []
+        for speed in release.SPEEDS:
+            lines = [HEAD]
+            for car in range(200):
+                lines.append(f'0,derailed,{car},,front_truck,,\n')
+                lines += [f'1,impact,{car},999,{where},rear,{random.exponential(0.2 * speed)}\n' for where in ('front', 'left')]
+            tanks.append(release.Tanks([''.join(lines)]))
+        law = (0.03, 2.0, 25.0)
+        text = 'date,speed_mph,hazmat_damaged,hazmat_released\n'
+        for i in range(3000):
+            speed = 5 + 50 * random.random()
+            text += f'{YEARS[i % 8]}-01-01,{speed},20,{random.binomial(20, release.shares(tanks, law, speed))}\n'
+        reports = release.Reports(self.path('hazmat.csv', text))
+        found, laws, unseen, constant = release.fit_all(tanks, reports)
+        self.assertLess(unseen, constant)
+        self.assertEqual(len(laws), 5)
+        at = np.array([10.0, 30.0, 50.0])
+        self.assertTrue(np.allclose(release.shares(tanks, found, at), release.shares(tanks, law, at), atol=0.01))
+        self.assertAlmostEqual(found[2], 25.0, delta=4.0)
 
 
 STUDY = """
@@ -246,6 +306,16 @@ class ScriptsTest(PlotTest):
         with open(os.path.join(self.out, 'fit.json'), encoding='utf-8') as file:
             self.assertAlmostEqual(sum(json.load(file)['groups']['broken_rail']['ways'].values()), 1.0)
         self.derail('validate', self.table, '--study', ways, '--out', self.path('again'), '--every', '40')
+
+    def test_release_on_real_runs(self):
+        table = self.path('hazmat.csv', 'date,speed_mph,hazmat_damaged,hazmat_released\n' + ''.join(f'{y}-01-01,{10 + 5 * i},9,{i}\n' for i, y in enumerate(YEARS)))
+        derail = os.path.abspath(self.program)
+        done = script('fit_release.py', table, self.path('rails.yaml'), '--seeds', '1', '--derail', derail)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn('| all rows | 0.', done.stdout)
+        code, said = refusal(fit_release.main, table, self.path('nowhere.yaml'), '--derail', derail)
+        self.assertEqual(code, 2)
+        self.assertIn('nowhere.yaml', said)
 
     def test_what_is_not_there_is_told(self):
         for main in (score_freight.main, fit_freight.main):

@@ -67,6 +67,9 @@ struct CarBlock {
   static constexpr double kDefaultYawInertiaFactor = 0.093;
 };
 
+/// Blocks of locomotives have that word in their name.
+inline bool is_locomotive(const CarBlock& block) { return block.name.find("locomotive") != std::string::npos; }
+
 /// Coupler between two cars: a massless bar with a pin at each end (paper, figures 2 to 4). All couplers are alike.
 struct Coupler {
   double length = 4.0 * kFoot;  ///< G0, gap from pin to pin at mid-slack [m]
@@ -194,6 +197,8 @@ struct Rails {
   double derail_time = 0.02;         ///< time for which L/V must be exceeded without interruption [s]
   double torn_length = 5.0 * kFoot;  ///< length of track that a truck tears up where it leaves the rails; 0: none [m]
   double rolling_share = 0.2;  ///< of derail_ratio, up to which cars only roll, extended model; 0: they never do [-]
+  double load_exponent = 1.0;  ///< the limit of the lateral force grows with the weight to this power [-]
+  double reference_weight = 286.0 * kKip;  ///< weight of a car at which that power changes nothing [N]
 };
 
 /// What holds a truck that is off the rails, but still between or beside them.
@@ -221,10 +226,12 @@ struct ObstaclePlace {
 
 /// Turnouts, crossings and bridges, which throw trucks that run on the ties off the track bed.
 struct Obstacles {
-  double rate = 0.0;                  ///< of places at random along the track, a length [1/m]
-  double throw_probability = 0.5;     ///< that one throws a truck off [-]
-  double throw_speed = 4.5 * kFoot;   ///< sideways speed of a truck that is thrown off, to either side [m/s]
-  std::vector<ObstaclePlace> places;  ///< places that are known
+  double rate = 0.0;                   ///< of places at random along the track, a length [1/m], at reference_speed
+  double speed_exponent = 0.0;         ///< k: the rate goes with (InitialMotion::speed / reference_speed)^-k [-]
+  double reference_speed = 25 * kMph;  ///< see speed_exponent [m/s]
+  double throw_probability = 0.5;      ///< that one throws a truck off [-]
+  double throw_speed = 4.5 * kFoot;    ///< sideways speed of a truck that is thrown off, to either side [m/s]
+  std::vector<ObstaclePlace> places;   ///< places that are known
 };
 
 /// Arc of constant curvature. The track is straight between the arcs and outside of them.
@@ -270,6 +277,20 @@ struct Brakes {
   double radio_delay = 2.0;                     ///< delay of brake sources that are told by radio [s]
   BrakeSignal signal = BrakeSignal::pneumatic;  ///< how the signal travels
   std::optional<double> emergency_time;         ///< time of the application [s]; none: when the first coupler breaks
+  double emergency_speed_exponent = 0.0;        ///< k: that time goes with (speed / reference_speed)^-k [-]
+  double reference_speed = 25.0 * kMph;         ///< see emergency_speed_exponent [m/s]
+};
+
+/// What locomotives do until the emergency signal comes to them.
+enum class TractionLaw {
+  none,    ///< they coast, as all cars do
+  steady,  ///< they held the train at its speed when it derailed, and go on as they did
+};
+
+/// Pull of the locomotives on the rails, Model::extended only.
+struct Traction {
+  TractionLaw law = TractionLaw::none;  ///< how they pull
+  double adhesion = 0.25;               ///< their largest force along the track over their weight [-]
 };
 
 /// Force between two cars whose footprints overlap.
@@ -320,10 +341,11 @@ struct InitialMotion {
   Mechanism mechanism = Mechanism::broken_rail;  ///< how it starts
   FirstTruck truck = FirstTruck::front;          ///< which truck is off first; either: the seed decides
   double truck_probability = 0.3;                ///< of a truck to leave the rails on bad track or at a switch [-]
-  double bad_track_length = 100.0 * kFoot;       ///< of Mechanism::bad_track, from the point of derailment on [m]
-  double frog_distance = 80.0 * kFoot;           ///< from the point of a switch to its frog, an obstacle [m]
-  double buff_force = 200.0 * kKip;              ///< of Mechanism::train_forces at the first car; draft negative [N]
-  Perturbation perturbation;                     ///< random differences
+  std::optional<double> persistence;        ///< the same where the truck ahead left them; none: truck_probability [-]
+  double bad_track_length = 100.0 * kFoot;  ///< of Mechanism::bad_track, from the point of derailment on [m]
+  double frog_distance = 80.0 * kFoot;      ///< from the point of a switch to its frog, an obstacle [m]
+  double buff_force = 200.0 * kKip;         ///< of Mechanism::train_forces at the first car; draft negative [N]
+  Perturbation perturbation;                ///< random differences
 };
 
 /// When a run ends.
@@ -342,10 +364,10 @@ struct OutcomeRules {
 /// When a tank car releases what it holds: the probability of an impact with a closing speed normal v is
 /// 1 - exp(-max(v - threshold_speed, 0) / scale), the scale by the side that is hit. Without influence on the motion.
 struct Release {
-  double fittings = 0.02;           ///< probability that a derailed tank car does so by valves or fittings [-]
+  double fittings = 0.032;          ///< probability that a derailed tank car does so by valves or fittings [-]
   double threshold_speed = 0.0;     ///< least closing speed normal [m/s]
-  double end_speed = 110.0 * kMph;  ///< scale where a head is hit [m/s]
-  double side_speed = 55.0 * kMph;  ///< scale where a shell is hit [m/s]
+  double end_speed = 148.0 * kMph;  ///< scale where a head is hit [m/s]
+  double side_speed = 74.0 * kMph;  ///< scale where a shell is hit [m/s]
 };
 
 /// When states are published and written.
@@ -391,6 +413,7 @@ struct Scenario {
   Obstacles obstacles;
   Track track;
   Brakes brakes;
+  Traction traction;
   Contact contact;
   Suspension suspension;
   Terrain terrain;

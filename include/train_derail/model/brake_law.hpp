@@ -4,6 +4,7 @@
 /// second source at the rear), 280 m/s along the pipe.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "train_derail/inputs/scenario.hpp"
@@ -23,6 +24,15 @@ T brake_build_up(const inputs::Brakes& b, const T& since) {
 /// weight.
 inline double brake_ratio(const inputs::Brakes& b, const inputs::CarBlock& block) {
   return block.brake_share * b.force * (block.loaded_weight ? *block.loaded_weight / block.weight : 1.0);
+}
+
+/// When the emergency application comes to a train of the speed V [m/s]: t (V / reference_speed)^-k, in seconds; a day
+/// at most. `b` has the time t.
+inline double emergency_moment(const inputs::Brakes& b, double speed) {
+  constexpr double kDay = 86400.0;
+  if (b.emergency_speed_exponent == 0.0) return *b.emergency_time;
+  const double scaled = *b.emergency_time * std::pow(speed / b.reference_speed, -b.emergency_speed_exponent);
+  return *b.emergency_time == 0.0 ? 0.0 : std::min(scaled, kDay);
 }
 
 /// Time that the signal takes over `distance` of pipe [m], in seconds.

@@ -35,6 +35,13 @@ T overloaded_time(const inputs::Rails& r, const T& from, const T& to, const T& l
                 select(stays, T(h * last / (last - first)), T(0.0)));
 }
 
+/// Load [N] that the limit of the lateral force is derail_ratio times of, for a truck that bears `load` [N], under a
+/// car of the weight W [N]: load (W / W_ref)^(load_exponent - 1). Fasteners and rails have strength of their own, so
+/// that a light truck leaves the rails at a larger L/V. With an exponent of 1 it is `load`.
+inline double holding_load(const inputs::Rails& r, double load, double weight) {
+  return r.load_exponent == 1.0 ? load : load * std::pow(weight / r.reference_weight, r.load_exponent - 1.0);
+}
+
 /// When within that step, whose end is at time t [s], the limit had been exceeded for derail_time; `reached`: the
 /// step's overloaded_time.
 inline double derail_moment(const inputs::Rails& r, double from, double to, double load, double t, double h,

@@ -35,4 +35,10 @@ inline double tie_drift(const inputs::Ties& t, double offset, double drift, doub
 /// infinite for p = 1. A truck whose endurance is exponential with mean 1 is thrown off where the sum passes it.
 inline double obstacle_hazard(double probability) { return -std::log1p(-probability); }
 
+/// Obstacles a length of track on which a train has the speed v [m/s]: rate (v / reference_speed)^-k [1/m].
+inline double obstacle_rate(const inputs::Obstacles& o, double v) {
+  return o.rate == 0.0 || o.speed_exponent == 0.0 ? o.rate
+                                                  : o.rate * std::pow(v / o.reference_speed, -o.speed_exponent);
+}
+
 }  // namespace train_derail::model

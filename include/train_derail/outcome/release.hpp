@@ -1,5 +1,5 @@
 /// \file
-/// Which tank cars release what they hold, from the impacts of a run. The law is docs/running_on_ties.md, section 6.
+/// Which tank cars release what they hold, from the impacts of a run. The law is docs/running_on_ties.md, section 7.
 #pragma once
 
 #include "train_derail/inputs/scenario.hpp"

@@ -39,10 +39,11 @@ std::vector<PointSpread> spreads(const std::string& folder, const Study& study,
 /// and Stopped once `stop` is set.
 Totals write_summary(const std::string& folder, const Study& study, const std::atomic<bool>* stop = nullptr);
 
-/// Writes `about.json`: the study, titles and units of the columns of runs.csv, version of the program, machine, number
-/// of runs, warnings, computing time `wall_time` [s], and the CRC-32 of each table in the folder. Throws
-/// std::runtime_error if it cannot be written.
-void write_about(const std::string& folder, const Study& study, const Totals& totals, double wall_time);
+/// Writes `about.json`: what was computed (JSON `described`; empty: the study), titles and units of the columns of
+/// runs.csv, version of the program, machine, number of runs, warnings, computing time `wall_time` [s], and the CRC-32
+/// of each table in the folder. Throws std::runtime_error if it cannot be written.
+void write_about(const std::string& folder, const Study& study, const Totals& totals, double wall_time,
+                 const std::string& described = "");
 
 /// Writes all tables of a finished study: runs.csv, those of write_summary(), and about.json. Throws as these functions
 /// do.

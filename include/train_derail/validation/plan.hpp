@@ -56,6 +56,10 @@ class Plan {
   /// The way of a member of an accident, from 0. Of the members of an accident each way has its share, up to one
   /// member; which ones depends on the seed of the study and the line of the accident only.
   const Way& way_of(const Accident& accident, std::int64_t member) const;
+  /// The accident as a member of it has it: for a share of the members, positions_counting_locomotives, the position in
+  /// the train counts the locomotives at its head, so that the first car to derail stands that many farther ahead. Not
+  /// for rows inside of a class. It depends on the seed of the study, the line and the member only.
+  Accident seen_by(const Accident& accident, std::int64_t member) const;
   /// All ways, group by group.
   std::vector<const Way*> all_ways() const;
   /// The study of the first way: of a plan of one study that one.
@@ -63,8 +67,9 @@ class Plan {
   /// Factors of all ways, each key once.
   std::vector<std::string> keys() const;
 
-  std::string source;     ///< its name in errors: the path of its file
-  std::string fitted_on;  ///< file that describes the accidents that it was fitted on, or empty
+  std::string source;                           ///< its name in errors: the path of its file
+  double positions_counting_locomotives = 0.0;  ///< see seen_by() [-]
+  std::string fitted_on;                        ///< file that describes the accidents that it was fitted on, or empty
 
  private:
   std::string title_;

@@ -119,6 +119,8 @@ Validation evaluate(const Plan& plan, const AccidentTable& accidents, const Ense
 /// not, or with `skip_invalid` moves them to accidents.left_out.
 void check_scenarios(const Plan& plan, AccidentTable& accidents, bool skip_invalid);
 
+/// Returns the study in full as JSON; of a file of ways, its groups with the codes of their causes, shares and studies.
+std::string described(const Plan& plan);
 /// Returns the scores as a table for people.
 std::string to_table(const Validation& v);
 /// Returns everything but the rows as JSON.

@@ -1,0 +1,139 @@
+"""Share of derailed tank cars that release, by the speed of the train: impacts of runs against the columns of reports."""
+
+import csv
+import io
+import subprocess
+
+import numpy as np
+from scipy.optimize import minimize
+
+from derail_freight.table import FOLDS, number
+from derail_plots.errors import DataError
+
+SPEEDS = (7.0, 15.0, 25.0, 35.0, 45.0, 55.0)  # mph, of the runs; between them the share is taken as linear
+ENDS = ('front', 'rear')
+END_TO_SIDE = 2.0  # scales of heads over those of shells: assumed, the reports do not tell which was hit
+NAMES = ('fittings', 'threshold_speed', 'side_speed')
+MPH = 0.44704
+
+
+class Reports:
+    """Rows with cars of hazardous materials that were damaged or derailed."""
+
+    def __init__(self, path):
+        with open(path, encoding='utf-8', newline='') as file:
+            rows = list(csv.DictReader(file))
+        needed = ('date', 'speed_mph', 'hazmat_damaged', 'hazmat_released')
+        missing = [c for c in needed if not rows or c not in rows[0]]
+        if missing:
+            raise DataError(f'{path}: column {missing[0]} is missing, or there are no rows')
+        rows = [r for r in rows if number(r['hazmat_damaged']) > 0]
+        self.speed, self.damaged, self.released = (np.array([number(r[c]) for r in rows]) for c in needed[1:])
+        self.released = np.minimum(self.released, self.damaged)
+        fold = {year: i for i, years in enumerate(FOLDS) for year in years}
+        try:
+            self.fold = np.array([fold[int(r['date'][:4])] for r in rows])
+        except (KeyError, ValueError) as e:
+            raise DataError(f'{path}: date: no fold has the year {e}; folds: {FOLDS}') from None
+
+
+class Tanks:
+    """Derailed cars of runs at one speed, and how fast and where they were hit."""
+
+    def __init__(self, incidents):
+        """`incidents`: text of one file of `derail run --incidents` each."""
+        cars, hit, self.speed, self.end = {}, [], [], []
+        for run, text in enumerate(incidents):
+            rows = list(csv.DictReader(io.StringIO(text)))
+            for r in rows:
+                if r['what'] == 'derailed':
+                    cars.setdefault((run, r['car_a']), len(cars))
+            for r in rows:
+                if r['what'] != 'impact':
+                    continue
+                for side in 'ab':
+                    car = cars.get((run, r[f'car_{side}']))
+                    if car is None:
+                        continue  # it stands on the rails: not counted among the derailed ones
+                    hit.append(car)
+                    self.speed.append(float(r['closing_speed_normal_m_s']))
+                    self.end.append(r[f'where_{side}'] in ENDS)
+        self.cars = len(cars)
+        self.hit, self.speed, self.end = np.array(hit, int), np.array(self.speed), np.array(self.end, bool)
+
+    def share(self, fittings, threshold_speed, side_speed):
+        """Expected share that releases; speeds in m/s. The law of outcome::release_probability."""
+        if self.cars == 0:
+            return fittings
+        scale = np.where(self.end, END_TO_SIDE * side_speed, side_speed)
+        hazard = np.bincount(self.hit, np.maximum(self.speed - threshold_speed, 0.0) / scale, self.cars)
+        return 1.0 - (1.0 - fittings) * float(np.exp(-hazard).mean())
+
+
+def simulate(derail, scenario, seeds):
+    """Tanks of each of SPEEDS."""
+    found = []
+    for speed in SPEEDS:
+        texts = []
+        for seed in range(seeds):
+            command = [derail, 'run', scenario, '--quiet', '--incidents', '-',
+                       '--set', f'initial.speed={speed} mph', '--set', f'initial.perturbation.seed={seed}']  # fmt: skip
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            if done.returncode != 0:
+                raise DataError(f'{" ".join(command)}: {done.stderr.strip()}')
+            texts.append(done.stdout)
+        found.append(Tanks(texts))
+    return found
+
+
+def shares(tanks, law, speeds):
+    return np.interp(speeds, SPEEDS, [t.share(*law) for t in tanks])
+
+
+def loss(tanks, law, reports, rows):
+    """Binomial, negative logarithm of the likelihood a car."""
+    p = np.clip(shares(tanks, law, reports.speed[rows]), 1e-6, 1.0 - 1e-6)
+    k, n = reports.released[rows], reports.damaged[rows]
+    return float(-np.sum(k * np.log(p) + (n - k) * np.log1p(-p)) / n.sum())
+
+
+def fit(tanks, reports, rows):
+    """Law with the largest likelihood: fittings, threshold and scale of shells in m/s."""
+
+    def law_of(x):
+        return 1.0 / (1.0 + np.exp(-np.clip(x[0], -30.0, 30.0))), max(x[1], 0.0), float(np.exp(x[2]))
+
+    starts = [(np.log(f / (1.0 - f)), v, np.log(s)) for f in (0.01, 0.04) for v in (0.0, 3.0) for s in (10.0, 40.0)]
+    found = [
+        minimize(lambda x: loss(tanks, law_of(x), reports, rows) + 1e-3 * max(-x[1], 0.0), s, method='Nelder-Mead', options={'xatol': 1e-3, 'fatol': 1e-7})
+        for s in starts
+    ]
+    return law_of(min(found, key=lambda f: f.fun).x)
+
+
+def fit_all(tanks, reports):
+    """(law from all rows, laws without each fold, their loss on the rows that they have not seen, that of one share for all speeds)."""
+    every = np.arange(len(reports.speed))
+    laws, unseen, constant, cars = [], 0.0, 0.0, 0.0
+    for fold in sorted(set(reports.fold)):
+        here, others = every[reports.fold == fold], every[reports.fold != fold]
+        laws.append(fit(tanks, reports, others))
+        weight = reports.damaged[here].sum()
+        unseen += weight * loss(tanks, laws[-1], reports, here)
+        p = reports.released[others].sum() / reports.damaged[others].sum()
+        k, n = reports.released[here].sum(), weight
+        constant -= k * np.log(p) + (n - k) * np.log1p(-p)
+        cars += weight
+    return fit(tanks, reports, every), laws, unseen / cars, constant / cars
+
+
+def bands(tanks, law, reports):
+    """(from, to, cars, share that released, share of the law) of bands of 10 mph."""
+    found = []
+    for low in range(0, 60, 10):
+        k = (reports.speed >= low) & ((reports.speed < low + 10) | (low == 50))
+        n = reports.damaged[k].sum()
+        if n > 0:
+            p = float(np.dot(reports.damaged[k], shares(tanks, law, reports.speed[k])) / n)
+            found.append((low, low + 10, int(n), float(reports.released[k].sum() / n), p))
+    return found

@@ -1,0 +1,46 @@
+#include "model/traction.hpp"
+
+#include "train_derail/model/traction_law.hpp"
+
+namespace train_derail::model {
+
+Traction::Traction(const inputs::Scenario& scenario, const std::vector<Car>& cars, const AirBrakes& brakes,
+                   const Trucks& trucks, Record& record)
+    : speed_(scenario.initial.speed), brakes_(brakes), trucks_(trucks), record_(record) {
+  double weight = 0.0, of_locomotives = 0.0;
+  std::size_t car = 0;
+  for (const inputs::CarBlock& block : scenario.consist) {
+    const bool pulls = inputs::is_locomotive(block);
+    for (int i = 0; i < block.count; ++i, ++car) {
+      weight += cars[car].weight;
+      if (!pulls) continue;
+      of_locomotives += cars[car].weight;
+      locomotives_.push_back({static_cast<Eigen::Index>(car), 0.0, scenario.traction.adhesion * cars[car].weight, 0.0});
+    }
+  }
+  for (Locomotive& l : locomotives_) {
+    l.held = held_force(scenario.brakes.rolling_resistance, scenario.track.grade, weight) *
+             (cars[static_cast<std::size_t>(l.car)].weight / of_locomotives);
+  }
+}
+
+void Traction::add(double t, double /*h*/, const CarColumns& cars, const Wrenches& sum) {
+  for (Locomotive& l : locomotives_) {
+    const Eigen::Index k = l.car;
+    const double along = cars.vx[k] * cars.cosine[k] + cars.vy[k] * cars.sine[k];
+    const bool pulls = t < brakes_.signal(k) && !trucks_.derailed(k);
+    l.pull = pulls ? traction_force(l.held, l.most, speed_, along) : 0.0;
+    sum.fx[k] += l.pull * cars.cosine[k];
+    sum.fy[k] += l.pull * cars.sine[k];
+  }
+}
+
+void Traction::account(double h, const CarColumns& before, const CarColumns& after) {
+  for (const Locomotive& l : locomotives_) {
+    const Eigen::Index k = l.car;
+    const double vx = 0.5 * (before.vx[k] + after.vx[k]), vy = 0.5 * (before.vy[k] + after.vy[k]);
+    record_.spent.work_on_track -= h * l.pull * (vx * before.cosine[k] + vy * before.sine[k]);
+  }
+}
+
+}  // namespace train_derail::model

@@ -1,0 +1,135 @@
+// Locomotives that go on as before: what they hold, what they pull at lower speeds, and what ends it.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "extended_fixtures.hpp"
+#include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
+#include "train_derail/model/traction_law.hpp"
+
+namespace train_derail {
+namespace {
+
+using inputs::kStandardGravity;
+using test::Train;
+
+constexpr double kResistance = 0.002;
+
+/// A locomotive and nine cars on a grade, held at their speed; the fourth car has a truck on the ties. With a drag of
+/// kResistance that changes nothing.
+inputs::Scenario held(double grade, double drag) {
+  inputs::Scenario s = test::on_rails(1, 5e-3);
+  s.coupler = test::accident(1).coupler;
+  inputs::CarBlock locomotive = s.consist[0];
+  locomotive.name = "locomotive";
+  locomotive.weight = 420.0 * inputs::kKip;
+  s.consist[0].count = 9;
+  s.consist.insert(s.consist.begin(), locomotive);
+  s.brakes.rolling_resistance = kResistance;
+  s.brakes.force = 0.0;
+  s.ground.regularization_speed = 1e-4;
+  s.track.grade = grade;
+  s.traction.law = inputs::TractionLaw::steady;
+  s.initial.mechanism = inputs::Mechanism::dragging_truck;
+  s.initial.cars_ahead = 3;
+  s.initial.speed = 6.0;
+  s.ties.law = inputs::TieLaw::guided;
+  s.ties.drag = drag;
+  return s;
+}
+
+double weight_of(const inputs::Scenario& s) {
+  double sum = 0.0;
+  for (const inputs::CarBlock& b : s.consist) sum += b.count * b.weight;
+  return sum;
+}
+
+double speed_of(const Train& train, const inputs::Scenario& s) {
+  return train.momentum().x * kStandardGravity / weight_of(s);
+}
+
+TEST(TractionLaw, KeepsThePowerOfAPullAndTheForceOfAHold) {
+  EXPECT_DOUBLE_EQ(model::held_force(0.002, 0.0, 1e7), 2e4);
+  EXPECT_DOUBLE_EQ(model::held_force(0.0, -0.75, 1e7), -6e6);  // sine 0.6
+  EXPECT_DOUBLE_EQ(model::traction_force(2e4, 1e5, 6.0, 6.0), 2e4);
+  EXPECT_DOUBLE_EQ(model::traction_force(2e4, 1e5, 6.0, 3.0), 4e4);
+  EXPECT_DOUBLE_EQ(model::traction_force(2e4, 1e5, 6.0, 1.0), 1e5);
+  EXPECT_DOUBLE_EQ(model::traction_force(2e4, 1e5, 6.0, 0.0), 1e5);
+  EXPECT_DOUBLE_EQ(model::traction_force(-2e4, 1e5, 6.0, 3.0), -2e4);
+  EXPECT_DOUBLE_EQ(model::traction_force(-2e5, 1e5, 6.0, 3.0), -1e5);
+  EXPECT_EQ(model::traction_force(-2e4, 1e5, 6.0, 0.0), 0.0);
+  EXPECT_EQ(model::traction_force(0.0, 1e5, 6.0, 0.0), 0.0);
+}
+
+TEST(Traction, HoldsTheTrainAtItsSpeedOnAnyGrade) {
+  for (const double grade : {0.0, 0.006, -0.006}) {
+    const inputs::Scenario s = held(grade, kResistance);
+    Train train(s);
+    const double energy = train.energy().total();
+    train.to(30.0);
+    EXPECT_NEAR(speed_of(train, s), 6.0, 2e-3) << grade;
+    EXPECT_NEAR(train.energy().total(), energy, 1e-4 * energy) << grade;
+  }
+}
+
+TEST(Traction, WithADragSettlesWherePowerAndResistanceAgree) {
+  // (F_0 + D) v = F_0 v_0.
+  const inputs::Scenario s = held(0.006, 0.05);
+  Train train(s);
+  const double energy = train.energy().total();
+  train.to(400.0);
+  const double f0 = model::held_force(kResistance, 0.006, weight_of(s)),
+               drag = (0.05 - kResistance) * 0.5 * s.consist[1].weight;
+  EXPECT_NEAR(speed_of(train, s), 6.0 * f0 / (f0 + drag), 0.02);
+  EXPECT_NEAR(train.energy().total(), energy, 1e-3 * energy);
+}
+
+TEST(Traction, StallsWhereTheResistanceIsMoreThanAdhesionHolds) {
+  inputs::Scenario s = held(0.006, 0.4);
+  const double resistance =
+      model::held_force(kResistance, 0.006, weight_of(s)) + (0.4 - kResistance) * 0.5 * s.consist[1].weight;
+  const double of_weight = resistance / s.consist[0].weight;
+  s.traction.adhesion = 1.1 * of_weight;
+  Train goes_on(s);
+  goes_on.to(120.0);
+  EXPECT_GT(speed_of(goes_on, s), 0.1);
+  s.traction.adhesion = 0.9 * of_weight;
+  Train stalls(s);
+  stalls.to(120.0);
+  EXPECT_LT(speed_of(stalls, s), 0.01);
+}
+
+TEST(Traction, EndsWhenTheEmergencySignalComes) {
+  inputs::Scenario s = held(0.006, kResistance);
+  s.brakes.emergency_time = 10.0;
+  Train train(s);
+  train.to(30.0);
+  // It coasts uphill for 20 s.
+  EXPECT_NEAR(speed_of(train, s), 6.0 - 20.0 * (0.006 + kResistance) * kStandardGravity, 0.02);
+}
+
+TEST(Traction, NeedsALocomotive) {
+  inputs::Scenario s = held(0.006, kResistance);
+  s.consist[0].name = "car";
+  Train train(s);
+  train.to(20.0);
+  EXPECT_NEAR(speed_of(train, s), 6.0 - 20.0 * (0.006 + kResistance) * kStandardGravity, 0.02);
+}
+
+TEST(Traction, IsRefusedByTheSpatialModel) {
+  inputs::Scenario s = held(0.0, 0.0);
+  s.model = inputs::Model::spatial;
+  s.initial.mechanism = inputs::Mechanism::broken_rail;
+  s.ties = {};
+  try {
+    inputs::validate(s);
+    FAIL();
+  } catch (const inputs::InputError& e) {
+    EXPECT_EQ(e.key(), "traction.law");
+    EXPECT_EQ(e.value(), "steady");
+  }
+}
+
+}  // namespace
+}  // namespace train_derail
