@@ -2,7 +2,7 @@
 """Scores predictions of freight derailments: the simulation beside six statistical models, in sample and by five folds by year.
 
   derail validate TABLE.csv --study config/studies/freight.yaml --out DIR
-  score_freight.py DIR [--no-in-sample]
+  score_freight.py DIR [--no-in-sample] [--learn TABLE.csv CAUSES.yaml]
 
 Of each: mean absolute error of the median, mean square error and R2 of the mean, continuous ranked probability score, share of the
 counts that the 5 to 95 % interval holds, its width, histogram of the probability integral transform; for all rows and by kind of
@@ -23,7 +23,7 @@ sys.path.insert(
 
 from derail_freight import competitors, pictures  # noqa: E402
 from derail_freight.scores import Rows, distribution  # noqa: E402
-from derail_freight.table import read_members, read_table  # noqa: E402
+from derail_freight.table import read_members, read_table, with_reports  # noqa: E402
 from derail_plots import style  # noqa: E402
 from derail_plots.errors import DataError  # noqa: E402
 
@@ -40,14 +40,15 @@ def of_simulation(table, members):
     return rows
 
 
-def all_models(table, members, in_sample):
-    """{(model, 'in sample' or 'by folds'): Rows}."""
+def all_models(table, members, in_sample, both=None):
+    """{(model, 'in sample' or 'by folds'): Rows}. `both`: the table and behind it rows that the models learn from."""
     found = {(SIMULATION, ''): of_simulation(table, members)}
-    folds = table.folds()
+    folds = (table if both is None else both).folds()
     for name, model in competitors.MODELS.items():
         if in_sample:
             found[name, 'in sample'] = Rows(table.real, competitors.in_sample(model, table))
-        found[name, 'by folds'] = Rows(table.real, competitors.held_out(model, table, folds))
+        held_out = competitors.held_out(model, table, folds) if both is None else competitors.from_reports(model, table, both, folds)
+        found[name, 'by folds'] = Rows(table.real, held_out)
     return found
 
 
@@ -86,12 +87,13 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('folder', metavar='DIR', help='results of derail validate with a file of ways by cause')
     parser.add_argument('--no-in-sample', action='store_true', help='folds only: half the time')
+    parser.add_argument('--learn', nargs=2, metavar=('TABLE', 'CAUSES'), help='table whose other years the models learn from, and its file of causes')
     a = parser.parse_args(arguments)
     out = os.path.join(a.folder, 'pictures')
     try:
         table = read_table(a.folder)
         members = read_members(a.folder, table)
-        models = all_models(table, members, not a.no_in_sample)
+        models = all_models(table, members, not a.no_in_sample, with_reports(table, *a.learn) if a.learn else None)
         scores = {
             subset: {f'{name} {how}'.strip(): rows.scores(k) for (name, how), rows in models.items()}
             for subset, k in table.subsets().items()

@@ -122,3 +122,15 @@ def held_out(model, table, folds):
         for i, d in zip(predict, model(table, learn, predict)):
             found[i] = d
     return found
+
+
+def from_reports(model, table, both, folds):
+    """As held_out(), but each from the rows of the other folds of `both`, which stand behind those of the table there."""
+    count = len(table)
+    found = [None] * count
+    for fold in sorted(set(folds[:count])):
+        learn = count + np.flatnonzero(folds[count:] != fold)
+        predict = np.flatnonzero(folds[:count] == fold)
+        for i, d in zip(predict, model(both, learn, predict)):
+            found[i] = d
+    return found

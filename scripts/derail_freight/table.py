@@ -4,6 +4,7 @@ import csv
 import os
 
 import numpy as np
+import yaml
 
 from derail_plots.errors import DataError
 
@@ -113,6 +114,38 @@ def read_table(folder):
             return Table(list(csv.DictReader(file)), path)
     except OSError as e:
         raise DataError(f'{path}: {e.strerror}; `derail validate` writes it') from None
+
+
+def group_of(code, groups):
+    """Name of the group of a cause, as `derail validate` finds it: by code, else by heading, else the last."""
+    for g in groups:
+        if code in g.get('codes', ()):
+            return g['name']
+    for g in groups:
+        if any(code.startswith(f) for f in g.get('families', ())):
+            return g['name']
+    return groups[-1]['name']
+
+
+def with_reports(table, path, causes):
+    """Rows of the table, and behind them all rows of a table of accidents as it was read by `derail validate`.
+
+    `causes`: the file of groups of causes. Throws DataError.
+    """
+    try:
+        with open(path, encoding='utf-8', newline='') as file:
+            reports = list(csv.DictReader(file))
+        with open(causes, encoding='utf-8') as file:
+            groups = yaml.safe_load(file)['groups']
+    except OSError as e:
+        raise DataError(f'{e.filename}: {e.strerror}') from None
+    except (KeyError, TypeError, yaml.YAMLError):
+        raise DataError(f'{causes}: not a file of groups of causes') from None
+    columns = [c for c in table.text if reports and (c in reports[0] or c in ('line', 'cause_group'))]
+    rows = [{c: table.text[c][i] for c in columns} for i in range(len(table))]
+    for i, r in enumerate(reports):
+        rows.append({**{c: r[c] for c in columns if c in r}, 'line': str(i + 2), 'cause_group': group_of(r.get('cause', ''), groups)})
+    return Table(rows, path)
 
 
 class Members:

@@ -307,6 +307,16 @@ class ScriptsTest(PlotTest):
             self.assertAlmostEqual(sum(json.load(file)['groups']['broken_rail']['ways'].values()), 1.0)
         self.derail('validate', self.table, '--study', ways, '--out', self.path('again'), '--every', '40')
 
+    def test_models_learn_from_another_table(self):
+        done = script('score_freight.py', self.out, '--no-in-sample', '--learn', self.table, self.path('causes.yaml'))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        plain = script('score_freight.py', self.out, '--no-in-sample')
+        theirs = [[line for line in d.stdout.split('\n') if line.startswith('| linear, by folds | 80 |')] for d in (done, plain)]
+        self.assertEqual(theirs[0], theirs[1], 'the same rows, so the same models')
+        code, said = refusal(score_freight.main, self.out, '--learn', self.table, self.path('nowhere.yaml'))
+        self.assertEqual(code, 2)
+        self.assertIn('nowhere.yaml', said)
+
     def test_release_on_real_runs(self):
         table = self.path('hazmat.csv', 'date,speed_mph,hazmat_damaged,hazmat_released\n' + ''.join(f'{y}-01-01,{10 + 5 * i},9,{i}\n' for i, y in enumerate(YEARS)))
         derail = os.path.abspath(self.program)
