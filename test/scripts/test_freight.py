@@ -18,7 +18,7 @@ import fit_freight
 import fit_release
 import score_freight
 from derail_freight import competitors, release
-from derail_freight.fit import Group, fit_positions, position_weights
+from derail_freight.fit import Group, fit, fit_positions, narrower_ranges, position_weights
 from derail_freight.scores import Rows, crps, distribution, fair_crps, mean, pit, pit_histogram, quantile
 from derail_freight.table import FOLDS, Members, Table
 from derail_plots.errors import DataError
@@ -153,9 +153,9 @@ class FitTest(PlotTest):
         table = Table(rows_of(800, lambda i: 1 if (i // 2) % 10 < 3 else 20))
         members = members_of(table, {'stops': [1] * 6, 'heap': [20] * 6})
         rows = np.flatnonzero(table.group == 'broken_rail')
-        shares, parts, _ = Group(table, members, rows).fit(np.arange(len(rows)))
-        self.assertEqual(parts, {})
-        self.assertAlmostEqual(shares[1], 0.3, delta=0.03)  # ways by name: heap, stops
+        shares, parts, _ = fit([Group(table, members, rows)], [np.arange(len(rows))])
+        self.assertEqual(parts, [])
+        self.assertAlmostEqual(shares[0][1], 0.3, delta=0.03)  # ways by name: heap, stops
 
     def test_a_narrower_range_is_taken_where_it_pays(self):
         table = Table(rows_of(400, lambda i: 3))
@@ -166,9 +166,9 @@ class FitTest(PlotTest):
                 for x in range(10)
             ]
         members = Members(table, rows)
-        group = Group(table, members, np.arange(len(table)), ['x', 'y'])
-        _, parts, score = group.fit(np.arange(len(table)))
-        self.assertEqual(parts, {'x': 'lower half'})
+        halves = [Group(table, members, np.flatnonzero(table.group == g)) for g in sorted(CAUSES)]
+        _, parts, score = fit(halves, [np.arange(200)] * 2, narrower_ranges(members, ['x', 'y']))
+        self.assertEqual([str(p) for p in parts], ['heap: x 0 to 4.5 (lower half)'])
         self.assertAlmostEqual(score, 0.0)
 
     def test_the_share_of_positions_that_count_locomotives_is_found(self):
