@@ -184,7 +184,7 @@ bool Trucks::clear(Eigen::Index car, double way, double bend) const {
     const double s = arc_[i];
     if (s > track_.torn_from() - way && s < track_.torn_to() + way) return false;
     if (car >= ahead_ && std::abs(s - bad_places_[static_cast<std::size_t>(i)]) < way) return false;
-    if (track_.kinks_between(s - way, s + way, bend)) return false;
+    if (!track_.straight() && track_.kinks_between(s - way, s + way, bend)) return false;
   }
   return true;
 }

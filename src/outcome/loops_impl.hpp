@@ -109,6 +109,7 @@ template <class B>
     using V = decltype(zero);
     using L = Lanes<V>;
     const V now = L::load(value + i), highest = L::load(e.highest + i), lowest = L::load(e.lowest + i);
+    if (!any(now > highest) && !any(now < lowest)) return;  // as in most steps
     L::store(select(now > highest, V(t), L::load(e.highest_time + i)), e.highest_time + i);
     L::store(select(now > highest, now, highest), e.highest + i);
     L::store(select(now < lowest, V(t), L::load(e.lowest_time + i)), e.lowest_time + i);

@@ -78,20 +78,11 @@ TEST(UnitsMeant, AreConverted) {
 TEST(CommonUnits, AreReadAsUdunitsReadsThem) {
   const struct {
     const char *common, *other, *si_unit;
-  } cases[] = {{"ft", "foot", "m"},
-               {"in", "inch", "m"},
-               {"mm", "millimeter", "m"},
-               {"mph", "mile/hour", "m/s"},
-               {"km/h", "km/hour", "m/s"},
-               {"kip", "kips", "N"},
-               {"kN", "kilonewton", "N"},
-               {"kip/in", "kip/inch", "N/m"},
-               {"MN/m", "MN/meter", "N/m"},
-               {"lbf ft", "lbf foot", "N m"},
-               {"deg", "arc_degree", "rad"},
-               {"1/km", "km-1", "1/m"},
-               {"percent", "%", "1"},
-               {"ms", "millisecond", "s"}};
+  } cases[] = {{"ft", "foot", "m"},           {"in", "inch", "m"},           {"mm", "millimeter", "m"},
+               {"mph", "mile/hour", "m/s"},   {"km/h", "km/hour", "m/s"},    {"kip", "kips", "N"},
+               {"kN", "kilonewton", "N"},     {"kip/in", "kip/inch", "N/m"}, {"MN/m", "MN/meter", "N/m"},
+               {"lbf ft", "lbf foot", "N m"}, {"deg", "arc_degree", "rad"},  {"1/km", "km-1", "1/m"},
+               {"percent", "%", "1"},         {"ms", "millisecond", "s"}};
   test::Random random(5);
   for (const auto& c : cases) {
     for (int i = 0; i < 200; ++i) {
