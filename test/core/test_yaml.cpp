@@ -198,9 +198,10 @@ TEST(Yaml, WhatOneOfTheReadersRefusesIsRefused) {
   EXPECT_EQ(refusal(kTrain + "title: a\u2028b\n").substr(0, 36), "file:3: a control character (U+2028)");
   EXPECT_EQ(refusal(kTrain + "title: \xff\n"), "file:3: a byte that is not UTF-8 (0xff); allowed: text in UTF-8");
   EXPECT_EQ(refusal(kTrain + std::string("title: a\0b\n", 11)).substr(0, 36), "file:3: a control character (U+0000)");
-  EXPECT_EQ(refusal("? [a, b]\n: 5\n" + kTrain),
-            "file:1: [a, b] = '5': unknown key; allowed: brakes, consist, contact, coupler, ground, initial, model, "
-            "obstacles, outcome, output, rails, release, solver, stop, suspension, terrain, ties, title, track, traction");
+  EXPECT_EQ(
+      refusal("? [a, b]\n: 5\n" + kTrain),
+      "file:1: [a, b] = '5': unknown key; allowed: brakes, consist, contact, coupler, ground, initial, model, "
+      "obstacles, outcome, output, rails, release, solver, stop, suspension, terrain, ties, title, track, traction");
   EXPECT_EQ(refusal("title: ~\n" + kTrain), "file:1: title = 'nothing': the value is missing; allowed: text");
   EXPECT_EQ(refusal("title:\n" + kTrain), "file:1: title = 'nothing': the value is missing; allowed: text");
 }
