@@ -4,7 +4,7 @@
   scripts/measure_cost.py DIR [--derail PATH] [--ode PATH] [--runs N] [--cars N ...]
   scripts/measure_cost.py DIR --fill PAGE
 
-Writes DIR/cost.json, DIR/cost.png and .svg and DIR/cost.md, the tables. --fill measures nothing: it puts the tables of DIR
+Writes DIR/cost.json, DIR/cost.png and .svg and DIR/cost.txt, the tables. --fill measures nothing: it puts the tables of DIR
 into PAGE, between its marks, and the picture beside it, as pictures/cost.png. Takes a few minutes. Processor time of whole
 processes, the least of N: others on the machine disturb that least.
 Exit codes: 0 done, 1 something could not be written, 2 a run failed.
@@ -161,7 +161,7 @@ def main():
         tables = {'machine': measured['machine'], 'runs': runs_table(measured), 'compared': compare_cost.table(measured['compared'])}
         style.apply()
         style.save(cost.figure(measured), given.folder, 'cost', 'What runs cost')
-        with open(os.path.join(given.folder, 'cost.md'), 'w', encoding='utf-8') as file:
+        with open(os.path.join(given.folder, 'cost.txt'), 'w', encoding='utf-8') as file:
             file.write('\n\n'.join(tables.values()) + '\n')
         if given.fill:
             fill(given.folder, given.fill, tables)
