@@ -175,9 +175,10 @@ template <class B>
   return L::max(fastest);
 }
 
+/// Of one block. Not shared between instruction sets, as a function that is not inlined would be.
 template <class B>
-[[gnu::always_inline]] inline void turn_at(const ExtendedArrays& a, const double* before, const double* after,
-                                           std::ptrdiff_t k) {
+[[gnu::flatten]] static void turn_at(const ExtendedArrays& a, const double* before, const double* after,
+                                     std::ptrdiff_t k) {
   using L = Lanes<B>;
   static constexpr double kSmall = 0.05;  // rad, below which the series are exact to rounding
   const B d = L::load(after + THETA * a.cars + k) - L::load(before + THETA * a.cars + k), d2 = d * d;
