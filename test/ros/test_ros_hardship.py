@@ -149,7 +149,8 @@ class HardshipTest(unittest.TestCase):
         storm(1000)
         self.assertEqual(last['run_id'], 1201)
         self.assertEqual(status(node, 'Threads'), threads)
-        self.assertLess(status(node, 'VmRSS') - memory, 1024, 'kB more after 1000 restarts')
+        # The heap of a process breathes by a megabyte; 1000 runs that are kept, of 20 kB or more each, are 20 of them.
+        self.assertLess(status(node, 'VmRSS') - memory, 4096, 'kB more after 1000 restarts')
 
     def test_restarts_with_whatever_text_leave_the_node_alive_and_lean(self):
         """RESTARTS=10000 in the environment for as many."""
