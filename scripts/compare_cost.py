@@ -46,7 +46,7 @@ class Train:
         self.mass, self.inertia, self.half, self.truck, self.weight = expand(scenario)
         self.coupler, self.ground = scenario['coupler'], scenario['ground']
         if self.ground['on_track_law'] == 'guided':
-            raise SystemExit('compare_cost.py: ground.on_track_law guided is not supported')
+            raise Failed('ground.on_track_law guided is not supported')
         self.n = len(self.mass)
         self.past = np.zeros(self.n, bool)
 
@@ -101,7 +101,6 @@ class Train:
         return x.max() if len(x) else -1.0
 
 
-
 def by_scipy(scenario, end):
     """Evaluations of the right-hand side."""
     train = Train(scenario)
@@ -115,7 +114,7 @@ def by_scipy(scenario, end):
             rtol=float(scenario['solver']['rtol']), atol=float(scenario['solver']['atol']),
         )
         if not run.success:
-            raise SystemExit(f'compare_cost.py: SciPy: {run.message}')
+            raise Failed(f'SciPy: {run.message}')
         t, y, evaluations = run.t[-1], run.y[:, -1], evaluations + run.nfev
         if run.status == 1:
             x = np.where(train.past, -np.inf, y[: train.n])
@@ -123,19 +122,39 @@ def by_scipy(scenario, end):
     return evaluations
 
 
+class Failed(Exception):
+    """A run did; the text says which and why."""
+
+
+def spent_by_children():
+    """Processor time of the processes that this one has waited for [s]."""
+    use = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return use.ru_utime + use.ru_stime
+
+
 def spent():
-    """Processor time of this process and of those it has waited for [s]."""
-    uses = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(use.ru_utime + use.ru_stime for use in uses)
+    """The same with that of this process."""
+    use = resource.getrusage(resource.RUSAGE_SELF)
+    return use.ru_utime + use.ru_stime + spent_by_children()
 
 
-def timed(action, runs):
+def timed(action, runs, of=statistics.median, spent=spent):
+    """`of` the processor times of so many runs [s], and what the last returned."""
     seconds = []
     for _ in range(runs):
         start = spent()
         result = action()
         seconds.append(spent() - start)
-    return statistics.median(seconds), result
+    return of(seconds), result
+
+
+def output(command, **more):
+    """What a program prints."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False, **more)
+    if done.returncode != 0:
+        said = done.stderr if isinstance(done.stderr, str) else done.stderr.decode()
+        raise Failed(f'{" ".join(command)}: exit code {done.returncode}: {said.strip()}')
+    return done.stdout
 
 
 class Derail:
@@ -145,10 +164,7 @@ class Derail:
         self.program, self.scenario, self.folder = program, scenario, folder
 
     def __call__(self, *arguments):
-        run = subprocess.run([self.program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        if run.returncode != 0:
-            raise SystemExit(f'compare_cost.py: {self.program} {" ".join(arguments)}: {run.stderr.decode().strip()}')
-        return run.stdout
+        return output([self.program, *arguments])
 
     def outcome(self, file):
         return json.loads(self('run', file, '--json', '-', '--quiet'))
@@ -185,7 +201,7 @@ def by_ode(program, scenario):
            initial['yaw_rate'], ODE_STEP, stop['speed'], stop['time_max'], ODE_ITERATIONS)
     lines = [run, *zip(mass, inertia, 2.0 * half, width)]
     text = '\n'.join(' '.join(f'{x:.17g}' for x in line) for line in lines)
-    return json.loads(subprocess.run([program], check=True, input=text, text=True, stdout=subprocess.PIPE).stdout)
+    return json.loads(output([program], input=text, text=True))
 
 
 def measured(program, file, ode=None, runs=10, slow_runs=3):
@@ -224,15 +240,26 @@ def table(rows):
     return '\n'.join(lines)
 
 
+def add_programs(parser):
+    parser.add_argument('--derail', default='derail', help='program to time (default: derail)')
+    parser.add_argument('--ode', metavar='PROGRAM', help='benchmark/ode_chain of a build; without it no row for ODE')
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('file', metavar='FILE', help='scenario, YAML')
-    parser.add_argument('--derail', default='derail', help='program to time (default: derail)')
-    parser.add_argument('--ode', metavar='PROGRAM', help='benchmark/ode_chain of a build; without it no row for ODE')
+    add_programs(parser)
     parser.add_argument('--runs', type=int, default=10, help='of derail (default: 10)')
     parser.add_argument('--slow-runs', type=int, default=3, help='of each of the others (default: 3)')
     given = parser.parse_args()
-    print(table(measured(given.derail, given.file, given.ode, given.runs, given.slow_runs)))
+    try:
+        print(table(measured(given.derail, given.file, given.ode, given.runs, given.slow_runs)))
+    except Failed as e:
+        print(f'compare_cost.py: {e}', file=sys.stderr)
+        return 1
+    except OSError as e:
+        print(f'compare_cost.py: {e.filename}: {e.strerror}', file=sys.stderr)
+        return 1
     return 0
 
 

@@ -6,8 +6,9 @@
 
 Members of DIR are weighted until the continuous ranked probability score of each group is least: from all rows, and from all
 years but those of each of five folds, whose rows are then scored. So is the share of positions that count locomotives, for all
-groups together. Prints Markdown, writes DIR/fit.json. --write puts the shares from all rows into the file of ways. Narrower ranges are printed: put them into the studies of the ways by hand, and run
-`derail validate` again. Exit codes: 0 done, 2 something is wrong with a file.
+groups together. Prints Markdown, writes DIR/fit.json. --write puts the shares from all rows into the file of ways; ways that it
+does not list, such as those of classes, take no part there. Narrower ranges are printed: put them into the studies of the ways by
+hand, and run `derail validate` again. Exit codes: 0 done, 2 something is wrong with a file.
 """
 
 import argparse
@@ -22,24 +23,24 @@ sys.path.insert(
     0, os.path.dirname(os.path.realpath(__file__))
 )  # a catkin devel space runs this file from elsewhere
 
-from derail_freight.fit import Group, fit, fit_positions, narrower_ranges, position_weights  # noqa: E402
+from derail_freight.fit import Ensemble, fit, fit_positions, narrower_ranges, position_weights  # noqa: E402
 from derail_freight.scores import Rows, distribution  # noqa: E402
-from derail_freight.table import read_members, read_table  # noqa: E402
+from derail_freight.table import FOLDS, read_members, read_table  # noqa: E402
 from derail_plots.errors import DataError  # noqa: E402
 
 
 def distributions(group, shares, parts, rows):
     """Of rows of the group."""
-    weights = group.weights(shares, parts)
-    cars, found = group.ensemble.cars, []
+    weights = group.weights(shares, group.kept(parts))
+    found = []
     for i in rows:
         k = weights[i] > 0.0
-        found.append(distribution(cars[i][k], weights[i][k]))
+        found.append(distribution(group.cars[i][k], weights[i][k]))
     return found
 
 
 def describe(group, shares):
-    return ', '.join(f'{w} {s:.3f}' for w, s in zip(group.ensemble.ways, shares))
+    return ', '.join(f'{w} {s:.3f}' for w, s in zip(group.ways, shares))
 
 
 def fit_all(table, members, keys):
@@ -52,12 +53,12 @@ def fit_all(table, members, keys):
     weights = {fold: position_weights(members, share) for fold, share in positions.items()}
     names = sorted(set(table.group))
     rows = [np.flatnonzero(table.group == name) for name in names]
-    groups = [Group(table, members, r) for r in rows]
+    groups = [Ensemble(table, members, r) for r in rows]
     tried = narrower_ranges(members, keys)
 
     def fit_of(fold):
         for g in groups:
-            g.ensemble.weigh(weights[fold])
+            g.weigh(weights[fold])
         return fit(groups, [np.flatnonzero(folds[r] != fold) for r in rows], tried)
 
     def predict(shares, parts, wanted, into):
@@ -65,62 +66,72 @@ def fit_all(table, members, keys):
             for i, d in zip(r[wanted[r]], distributions(g, s, parts, np.flatnonzero(wanted[r]))):
                 into[i] = d
 
-    fitted, unseen, without = [None] * len(table), [None] * len(table), []
+    fitted, unseen, without = [None] * len(table), [None] * len(table), {}
     for fold in sorted(set(folds)):
         shares, parts, _ = fit_of(fold)
-        without.append((shares, parts))
+        without[fold] = (shares, parts)
         predict(shares, parts, folds == fold, unseen)
     shares, parts, _ = fit_of(None)
     predict(shares, parts, np.ones(len(table), bool), fitted)
     found = {
         name: {
             'rows': len(r),
-            'ways': dict(zip(g.ensemble.ways, (float(x) for x in s))),
+            'ways': dict(zip(g.ways, (float(x) for x in s))),
             'text': describe(g, s),
-            'without_fold': [describe(g, of_all[i]) for of_all, _ in without],
+            'without': {years_of(f): describe(g, of_all[i]) for f, (of_all, _) in without.items()},
         }
         for i, (name, g, s, r) in enumerate(zip(names, groups, shares, rows))
     }
-    ranges = [[str(n) for n in p] for p in [parts, *(p for _, p in without)]]
-    return found, ranges, [positions[f] for f in positions], fitted, unseen
+    ranges = {'all rows': parts, **{years_of(f): p for f, (_, p) in without.items()}}
+    ranges = {name: [str(n) for n in p] for name, p in ranges.items()}
+    shares = {'all rows' if f is None else years_of(f): share for f, share in positions.items()}
+    return found, ranges, shares, fitted, unseen
+
+
+def years_of(fold):
+    return 'without ' + ', '.join(str(year) for year in FOLDS[fold])
 
 
 def write_shares(path, groups, positions):
-    """Puts the shares into a file of ways. Its lines `- {name: WAY, share: NUMBER, ...}` stay as they are otherwise."""
+    """Puts the shares into a file of ways, of those that it lists. Its lines `- {name: WAY, share: NUMBER, ...}` stay as they are
+    otherwise."""
     with open(path, encoding='utf-8') as file:
         lines = file.read().split('\n')
-    group = None
+    group, listed = None, {}
     for i, line in enumerate(lines):
         lines[i] = line = re.sub(r'^(positions_counting_locomotives: *)[0-9.]+', rf'\g<1>{positions:g}', line)
         of_group = re.match(r'  (\w+):', line)
         if of_group:
             group = of_group.group(1)
         way = re.search(r'name: ([^,}]+), share: [0-9.]+', line)
-        if not way or group not in groups:
-            continue
-        share = groups[group]['ways'].get(way.group(1))
-        if share is None:
-            raise DataError(f'{path}:{i + 1}: way {way.group(1)} has no members in the folder')
-        lines[i] = line.replace(way.group(0), f'name: {way.group(1)}, share: {share:.4f}')
+        if way and group in groups:
+            listed.setdefault(group, {})[way.group(1)] = (i, way.group(0))
+    for group, places in listed.items():
+        for way, (i, _) in places.items():
+            if way not in groups[group]['ways']:
+                raise DataError(f'{path}:{i + 1}: way {way} has no members in the folder')
+        shares = rounded({way: groups[group]['ways'][way] for way in places})
+        for way, (i, old) in places.items():
+            lines[i] = lines[i].replace(old, f'name: {way}, share: {shares[way]:.4f}')
     with open(path, 'w', encoding='utf-8') as file:
         file.write('\n'.join(lines))
 
 
-def rounded(groups):
-    """Shares with four digits that add up to 1."""
-    for g in groups.values():
-        shares = {w: round(s, 4) for w, s in g['ways'].items()}
-        largest = max(shares, key=shares.get)
-        shares[largest] = round(shares[largest] + 1.0 - sum(shares.values()), 4)
-        g['ways'] = shares
+def rounded(shares):
+    """In proportion to these, with four digits, adding up to 1."""
+    total = sum(shares.values())
+    shares = {way: round(share / total if total > 0.0 else 1.0 / len(shares), 4) for way, share in shares.items()}
+    largest = max(shares, key=shares.get)
+    shares[largest] = round(shares[largest] + 1.0 - sum(shares.values()), 4)
+    return shares
 
 
 def markdown(groups, ranges, positions, fitted, unseen):
-    lines = [f'Positions that count locomotives: {positions[0]:g}; without each fold {", ".join(f"{p:g}" for p in positions[1:])}', '']
-    lines += [f"- {'from all rows' if i == 0 else f'without fold {i}'}: {'; '.join(r) or 'all ranges as they are'}" for i, r in enumerate(ranges)]
-    lines += ['', '| group | rows | from all rows | without each fold |', '|---|---|---|---|']
+    lines = ['Positions that count locomotives: ' + '; '.join(f'{name} {p:g}' for name, p in positions.items()), '']
+    lines += [f"- {name}: {'; '.join(r) or 'all ranges as they are'}" for name, r in ranges.items()]
+    lines += ['', '| group | rows | from all rows | without a fold |', '|---|---|---|---|']
     for name, g in groups.items():
-        lines.append(f"| {name} | {g['rows']} | {g['text']} | {'<br>'.join(g['without_fold'])} |")
+        lines.append(f"| {name} | {g['rows']} | {g['text']} | {'<br>'.join(f'{k}: {v}' for k, v in g['without'].items())} |")
     lines += ['', '| | MAE | CRPS | R2 | held | width |', '|---|---|---|---|---|---|']
     for name, s in (('fitted on all rows', fitted), ('held out by year', unseen)):
         lines.append(f"| {name} | {s['mae']:.2f} | {s['crps']:.2f} | {s['r2']:.2f} | {100 * s['held']:.0f} % | {s['width']:.1f} |")
@@ -137,13 +148,12 @@ def main(arguments=None):
         table = read_table(a.folder)
         members = read_members(a.folder, table)
         groups, ranges, positions, fitted, unseen = fit_all(table, members, a.keys)
-        rounded(groups)
         scores = [Rows(table.real, d, draws=True).scores() for d in (fitted, unseen)]
         with open(os.path.join(a.folder, 'fit.json'), 'w', encoding='utf-8') as file:
             json.dump({'groups': groups, 'ranges': ranges, 'positions': positions, 'fitted': scores[0], 'held_out': scores[1]}, file, indent=2)
             file.write('\n')
         if a.write:
-            write_shares(a.write, groups, positions[0])
+            write_shares(a.write, groups, positions['all rows'])
     except DataError as e:
         print(f'fit_freight.py: {e}', file=sys.stderr)
         return 2

@@ -17,6 +17,7 @@ sys.path.insert(
 )  # a catkin devel space runs this file from elsewhere
 
 from derail_freight import release  # noqa: E402
+from derail_freight.table import FOLDS  # noqa: E402
 from derail_plots.errors import DataError  # noqa: E402
 
 
@@ -28,10 +29,10 @@ def text_of(law):
 def markdown(tanks, reports, fitted):
     law, laws, unseen, constant = fitted
     lines = ['| | fittings | threshold_speed, mph | side_speed, mph | end_speed, mph |', '|---|---|---|---|---|', f'| all rows {text_of(law)}']
-    lines += [f'| without {", ".join(map(str, years))} {text_of(one)}' for years, one in zip(release.FOLDS, laws)]
+    lines += [f'| without {", ".join(map(str, FOLDS[fold]))} {text_of(one)}' for fold, one in laws.items()]
     lines += ['', f'Loss a car on rows not seen: {unseen:.4f}; of one share for all speeds: {constant:.4f}', '']
     lines += ['| speed, mph | reports: cars | share that released | law |', '|---|---|---|---|']
-    lines += [f'| {a} to {b} | {n} | {real:.3f} | {p:.3f} |' for a, b, n, real, p in release.bands(tanks, law, reports)]
+    lines += [f'| {band} | {n} | {real:.3f} | {p:.3f} |' for band, n, real, p in release.bands(tanks, law, reports)]
     return '\n'.join(lines)
 
 

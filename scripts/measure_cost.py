@@ -5,8 +5,9 @@
   scripts/measure_cost.py DIR --fill PAGE
 
 Writes DIR/cost.json, DIR/cost.png and .svg and DIR/cost.txt, the tables. --fill measures nothing: it puts the tables of DIR
-into PAGE, between its marks, and the picture beside it, as pictures/cost.png. Takes a few minutes. Processor time of whole
-processes, the least of N: others on the machine disturb that least.
+into PAGE, between its marks, and the picture beside it, as pictures/cost.png. Takes a minute or two. Processor time of whole
+processes, the least of N: others on the machine disturb that least. The table beside other programs has medians of N, of the slow
+ones of one run (scripts/compare_cost.py).
 Exit codes: 0 done, 1 something could not be written, 2 a run failed.
 """
 
@@ -15,12 +16,12 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))  # a catkin devel space runs this file from elsewhere
 
 import compare_cost  # noqa: E402
+from compare_cost import Failed, output, spent_by_children, timed  # noqa: E402
 from derail_plots import cost, style  # noqa: E402
 
 CARS = (20, 50, 100, 200, 500, 1000)
@@ -39,29 +40,13 @@ PROGRESS = (
 MARKED = re.compile(r'(<!-- begin: (\w+) -->\n).*?(\n<!-- end -->)', re.DOTALL)
 
 
-class Failed(Exception):
-    """A run did; the text says which and why."""
-
-
 class Meter:
     def __init__(self, derail, runs):
         self.derail, self.runs = derail, runs
 
     def run(self, *arguments):
         """Least processor time [s], what was printed."""
-        seconds, out = [], b''
-        for _ in range(self.runs):
-            read, write = os.pipe()
-            with open(read, 'rb') as pipe:
-                child = subprocess.Popen([self.derail, *arguments], stdout=write, stderr=subprocess.DEVNULL)
-                os.close(write)
-                out = pipe.read()
-                _, status, used = os.wait4(child.pid, 0)
-                child.returncode = os.waitstatus_to_exitcode(status)
-            if child.returncode != 0:
-                raise Failed(f'{self.derail} {" ".join(arguments)}: exit code {child.returncode}')
-            seconds.append(used.ru_utime + used.ru_stime)
-        return min(seconds), out
+        return timed(lambda: output([self.derail, *arguments]), self.runs, min, spent_by_children)
 
     def outcome(self, name, *changes):
         settings = [word for change in changes for word in ('--set', change)]
@@ -137,7 +122,11 @@ def measure(given):
 
 def fill(folder, page, tables):
     with open(page, encoding='utf-8') as file:
-        text = MARKED.sub(lambda m: m[1] + tables[m[2]] + m[3], file.read())
+        text = file.read()
+    marks = [m[2] for m in MARKED.finditer(text)]
+    if sorted(marks) != sorted(tables):
+        raise Failed(f'{page}: marks {", ".join(marks) or "none"}; wanted: each of {", ".join(tables)} once')
+    text = MARKED.sub(lambda m: m[1] + tables[m[2]] + m[3], text)
     with open(page, 'w', encoding='utf-8') as file:
         file.write(text)
     shutil.copyfile(os.path.join(folder, 'cost.png'), os.path.join(os.path.dirname(page), 'pictures', 'cost.png'))
@@ -146,8 +135,7 @@ def fill(folder, page, tables):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('folder', metavar='DIR', help='where the results go')
-    parser.add_argument('--derail', default='derail', help='the program (default: derail)')
-    parser.add_argument('--ode', metavar='PROGRAM', help='benchmark/ode_chain of a build; without it no row for ODE')
+    compare_cost.add_programs(parser)
     parser.add_argument('--runs', type=int, default=5, help='of each, the least counts (default: 5)')
     parser.add_argument('--cars', type=int, nargs='+', default=CARS, help='lengths of trains')
     parser.add_argument('--fill', metavar='PAGE', help='put what is in DIR into this page')

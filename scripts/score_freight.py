@@ -43,12 +43,12 @@ def of_simulation(table, members):
 def all_models(table, members, in_sample, both=None):
     """{(model, 'in sample' or 'by folds'): Rows}. `both`: the table and behind it rows that the models learn from."""
     found = {(SIMULATION, ''): of_simulation(table, members)}
-    folds = (table if both is None else both).folds()
+    learned, count = (table, None) if both is None else (both, len(table))
+    folds = learned.folds()
     for name, model in competitors.MODELS.items():
         if in_sample:
             found[name, 'in sample'] = Rows(table.real, competitors.in_sample(model, table))
-        held_out = competitors.held_out(model, table, folds) if both is None else competitors.from_reports(model, table, both, folds)
-        found[name, 'by folds'] = Rows(table.real, held_out)
+        found[name, 'by folds'] = Rows(table.real, competitors.held_out(model, learned, folds, count))
     return found
 
 

@@ -114,23 +114,14 @@ def in_sample(model, table):
     return model(table, every, every)
 
 
-def held_out(model, table, folds):
-    """Distributions of all rows, each from the rows of the other folds alone."""
-    found = [None] * len(table)
-    for fold in sorted(set(folds)):
-        learn, predict = np.flatnonzero(folds != fold), np.flatnonzero(folds == fold)
+def held_out(model, table, folds, count=None):
+    """Distributions of all rows, each from the rows of the other folds alone; with `count` those of the first `count` rows, from the
+    rows behind these."""
+    first = 0 if count is None else count
+    folds_of = folds[:count]
+    found = [None] * len(folds_of)
+    for fold in sorted(set(folds_of)):
+        learn, predict = first + np.flatnonzero(folds[first:] != fold), np.flatnonzero(folds_of == fold)
         for i, d in zip(predict, model(table, learn, predict)):
-            found[i] = d
-    return found
-
-
-def from_reports(model, table, both, folds):
-    """As held_out(), but each from the rows of the other folds of `both`, which stand behind those of the table there."""
-    count = len(table)
-    found = [None] * count
-    for fold in sorted(set(folds[:count])):
-        learn = count + np.flatnonzero(folds[count:] != fold)
-        predict = np.flatnonzero(folds[:count] == fold)
-        for i, d in zip(predict, model(both, learn, predict)):
             found[i] = d
     return found

@@ -41,6 +41,17 @@ class Ensemble:
         """Weights that members have within their way from now on, one of each member of the folder."""
         self.base = np.where(self.there, of_members[self.index], 0.0)
 
+    def inside(self, narrower):
+        """Which members a narrower range keeps."""
+        return np.where(self.there, narrower.inside[self.index], False)
+
+    def kept(self, parts):
+        """Which members all of some narrower ranges keep."""
+        found = self.there
+        for narrower in parts:
+            found = found & self.inside(narrower)
+        return found
+
     def weights(self, shares, kept=None):
         """Weights of the members of each row: each way has its share. `kept`: which members count."""
         weights = np.zeros(self.cars.shape)
@@ -78,8 +89,8 @@ def fit_positions(table, members, rows):
     ensemble = Ensemble(table, members, rows)
     found = []
     for share in POSITION_SHARES:
-        weights = np.where(ensemble.there, position_weights(members, share)[ensemble.index], 0.0)
-        found.append(float(ensemble.crps(weights / weights.sum(axis=1, keepdims=True)).mean()))
+        ensemble.weigh(position_weights(members, share))
+        found.append(float(ensemble.crps(ensemble.base / ensemble.base.sum(axis=1, keepdims=True)).mean()))
     return float(POSITION_SHARES[int(np.argmin(found))])
 
 
@@ -90,10 +101,10 @@ def shares_of(free):
 
 
 def fit_shares(ensemble, rows, kept=None):
-    """(shares of the ways, mean score) that are best on these rows of the ensemble."""
+    """Shares of the ways that are best on these rows of the ensemble."""
     count = len(ensemble.ways)
     if count == 1:
-        return np.ones(1), float(ensemble.crps(ensemble.weights([1.0], kept))[rows].mean())
+        return np.ones(1)
 
     def loss(free):
         return float(ensemble.crps(ensemble.weights(shares_of(free), kept))[rows].mean())
@@ -104,8 +115,7 @@ def fit_shares(ensemble, rows, kept=None):
     )
     shares = shares_of(best.x)
     shares[shares < LEAST_SHARE] = 0.0
-    shares /= shares.sum()
-    return shares, float(ensemble.crps(ensemble.weights(shares, kept))[rows].mean())
+    return shares / shares.sum()
 
 
 class Narrower:
@@ -134,32 +144,13 @@ def narrower_ranges(members, keys):
     return found
 
 
-class Group:
-    """Rows of one group, of which the shares are fitted."""
-
-    def __init__(self, table, members, rows):
-        self.ensemble = Ensemble(table, members, rows)
-
-    def inside(self, narrower):
-        return np.where(self.ensemble.there, narrower.inside[self.ensemble.index], False)
-
-    def kept(self, parts):
-        found = self.ensemble.there
-        for narrower in parts:
-            found = found & self.inside(narrower)
-        return found
-
-    def weights(self, shares, parts):
-        return self.ensemble.weights(shares, self.kept(parts))
-
-
 def enough(groups, kept):
     """Every way of every group keeps members."""
-    return all(float((way & k).sum()) >= FEWEST * float(way.any(axis=1).sum()) for g, k in zip(groups, kept) for way in g.ensemble.way)
+    return all(float((way & k).sum()) >= FEWEST * float(way.any(axis=1).sum()) for g, k in zip(groups, kept) for way in g.way)
 
 
 def fit(groups, rows, tried=()):
-    """([shares of each group], [narrower ranges], mean score) from some rows of each group.
+    """([shares of each group], [narrower ranges], mean score) from some rows of each group, an Ensemble each.
 
     Ranges are those of a way in all groups: an input is what it is, whatever the cause. One after the other is taken, as
     long as it pays.
@@ -168,12 +159,12 @@ def fit(groups, rows, tried=()):
     total = sum(len(r) for r in rows)
 
     def score(shares, kept):
-        return sum(float(g.ensemble.crps(g.ensemble.weights(s, k))[r].sum()) for g, s, k, r in zip(groups, shares, kept, rows)) / total
+        return sum(float(g.crps(g.weights(s, k))[r].sum()) for g, s, k, r in zip(groups, shares, kept, rows)) / total
 
     def fitted(kept):
-        return [fit_shares(g.ensemble, r, k)[0] if len(r) else np.full(len(g.ensemble.ways), 1.0 / len(g.ensemble.ways)) for g, k, r in zip(groups, kept, rows)]
+        return [fit_shares(g, r, k) if len(r) else np.full(len(g.ways), 1.0 / len(g.ways)) for g, k, r in zip(groups, kept, rows)]
 
-    kept, parts = [g.ensemble.there for g in groups], []
+    kept, parts = [g.there for g in groups], []
     shares = fitted(kept)
     least = score(shares, kept)
     while True:
@@ -182,7 +173,7 @@ def fit(groups, rows, tried=()):
         for n in tried:
             if (n.way, n.key) in taken:
                 continue
-            now = [k & g.inside(n) if n.way in g.ensemble.ways else k for g, k in zip(groups, kept)]
+            now = [k & g.inside(n) for g, k in zip(groups, kept)]
             if not enough(groups, now):
                 continue
             s = score(shares, now)

@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 from scipy.optimize import minimize
 
-from derail_freight.table import FOLDS, number
+from derail_freight.table import folds_of
 from derail_plots.errors import DataError
 
 SPEEDS = (7.0, 15.0, 25.0, 35.0, 45.0, 55.0)  # mph, of the runs; between them the share is taken as linear
@@ -21,24 +21,32 @@ class Reports:
     """Rows with cars of hazardous materials that were damaged or derailed."""
 
     def __init__(self, path):
+        needed = ('date', 'speed_mph', 'hazmat_damaged', 'hazmat_released')
         with open(path, encoding='utf-8', newline='') as file:
             rows = list(csv.DictReader(file))
-        needed = ('date', 'speed_mph', 'hazmat_damaged', 'hazmat_released')
         missing = [c for c in needed if not rows or c not in rows[0]]
         if missing:
             raise DataError(f'{path}: column {missing[0]} is missing, or there are no rows')
-        rows = [r for r in rows if number(r['hazmat_damaged']) > 0]
-        self.speed, self.damaged, self.released = (np.array([number(r[c]) for r in rows]) for c in needed[1:])
-        self.released = np.minimum(self.released, self.damaged)
-        fold = {year: i for i, years in enumerate(FOLDS) for year in years}
-        try:
-            self.fold = np.array([fold[int(r['date'][:4])] for r in rows])
-        except (KeyError, ValueError) as e:
-            raise DataError(f'{path}: date: no fold has the year {e}; folds: {FOLDS}') from None
+
+        def value(line, row, column):
+            text = row[column]
+            try:
+                return int(text[:4]) if column == 'date' else float(text)
+            except ValueError:
+                wanted = 'a date that begins with a year' if column == 'date' else 'a number'
+                raise DataError(f"{path}:{line}: {column} = '{text}': not {wanted}") from None
+
+        values = np.array([[value(i + 2, r, c) for c in needed] for i, r in enumerate(rows)])
+        values = values[values[:, 2] > 0]
+        if len(values) == 0:
+            raise DataError(f'{path}: hazmat_damaged: no row above 0')
+        years, self.speed, self.damaged, released = values.T
+        self.released = np.minimum(released, self.damaged)
+        self.fold = folds_of(years.astype(int), path)
 
 
 class Tanks:
-    """Derailed cars of runs at one speed, and how fast and where they were hit."""
+    """Derailed cars of runs at one speed, and how fast and where they were hit. All of them count as tank cars, of usual strength."""
 
     def __init__(self, incidents):
         """`incidents`: text of one file of `derail run --incidents` each."""
@@ -112,14 +120,14 @@ def fit(tanks, reports, rows):
 
 
 def fit_all(tanks, reports):
-    """(law from all rows, laws without each fold, their loss on the rows that they have not seen, that of one share for all speeds)."""
+    """(law from all rows, {fold: law without it}, their loss on the rows that they have not seen, that of one share for all speeds)."""
     every = np.arange(len(reports.speed))
-    laws, unseen, constant, cars = [], 0.0, 0.0, 0.0
+    laws, unseen, constant, cars = {}, 0.0, 0.0, 0.0
     for fold in sorted(set(reports.fold)):
         here, others = every[reports.fold == fold], every[reports.fold != fold]
-        laws.append(fit(tanks, reports, others))
+        laws[fold] = fit(tanks, reports, others)
         weight = reports.damaged[here].sum()
-        unseen += weight * loss(tanks, laws[-1], reports, here)
+        unseen += weight * loss(tanks, laws[fold], reports, here)
         p = reports.released[others].sum() / reports.damaged[others].sum()
         k, n = reports.released[here].sum(), weight
         constant -= k * np.log(p) + (n - k) * np.log1p(-p)
@@ -128,12 +136,12 @@ def fit_all(tanks, reports):
 
 
 def bands(tanks, law, reports):
-    """(from, to, cars, share that released, share of the law) of bands of 10 mph."""
+    """(name, cars, share that released, share of the law) of bands of 10 mph."""
     found = []
     for low in range(0, 60, 10):
         k = (reports.speed >= low) & ((reports.speed < low + 10) | (low == 50))
         n = reports.damaged[k].sum()
         if n > 0:
             p = float(np.dot(reports.damaged[k], shares(tanks, law, reports.speed[k])) / n)
-            found.append((low, low + 10, int(n), float(reports.released[k].sum() / n), p))
+            found.append(('50 and more' if low == 50 else f'{low} to {low + 10}', int(n), float(reports.released[k].sum() / n), p))
     return found

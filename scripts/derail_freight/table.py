@@ -27,6 +27,15 @@ def number(text):
         return 0.0
 
 
+def folds_of(years, path, folds=FOLDS):
+    """Number of the fold of each year. Throws DataError if a year has none; `path`: where they stand."""
+    of = {year: i for i, of_fold in enumerate(folds) for year in of_fold}
+    lacking = sorted(set(years) - set(of))
+    if lacking:
+        raise DataError(f'{path}: no fold has the year {lacking[0]}; folds: {folds}')
+    return np.array([of[y] for y in years])
+
+
 class Table:
     """Columns of rows.csv as arrays; rows in its order."""
 
@@ -54,11 +63,7 @@ class Table:
 
     def folds(self, folds=FOLDS):
         """Number of the fold of each row. Throws DataError if a year has none."""
-        of = {year: i for i, years in enumerate(folds) for year in years}
-        lacking = sorted(set(self.year) - set(of))
-        if lacking:
-            raise DataError(f'{self.path}: no fold has the year {lacking[0]}; folds: {folds}')
-        return np.array([of[y] for y in self.year])
+        return folds_of(self.year, self.path, folds)
 
     def features(self):
         """Rows x features for statistical models."""
@@ -128,7 +133,8 @@ def group_of(code, groups):
 
 
 def with_reports(table, path, causes):
-    """Rows of the table, and behind them all rows of a table of accidents as it was read by `derail validate`.
+    """Rows of the table, and behind them all rows of the table of accidents that it was computed from, or of a longer one like that:
+    with the package's names of columns, not an export of the form, of which `derail validate` leaves rows out.
 
     `causes`: the file of groups of causes. Throws DataError.
     """

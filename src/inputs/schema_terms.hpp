@@ -111,16 +111,20 @@ struct PartInput {
   bool needs_rails;                       ///< acts only with ground.on_track_law: rails
 };
 inline std::string on_text(bool on, const std::string& value) { return on ? value : ""; }
+/// Of a number that switches a part on by any value but the one that it has if nobody sets it.
+template <auto part, auto number>
+std::string if_set(const Scenario& s) {
+  static const Scenario nobody;
+  const double value = (s.*part).*number;
+  return on_text(value != (nobody.*part).*number, number_text(value));
+}
 inline const std::array<PartInput, 20> kParts{{
     {"ground.on_track_law",
      [](const Scenario& s) { return on_text(s.ground.on_track_law == OnTrackLaw::rails, "rails"); }, false},
     {"ground.off_track_law",
      [](const Scenario& s) { return on_text(s.ground.off_track_law == OffTrackLaw::by_slip, "by_slip"); }, false},
-    {"ground.load_exponent",
-     [](const Scenario& s) { return on_text(s.ground.load_exponent != 1.0, number_text(s.ground.load_exponent)); },
-     false},
-    {"rails.load_exponent",
-     [](const Scenario& s) { return on_text(s.rails.load_exponent != 1.0, number_text(s.rails.load_exponent)); }, true},
+    {"ground.load_exponent", if_set<&Scenario::ground, &Ground::load_exponent>, false},
+    {"rails.load_exponent", if_set<&Scenario::rails, &Rails::load_exponent>, true},
     {"ground.patches",
      [](const Scenario& s) {
        return on_text(!s.ground.patches.empty(), fmt::format("{} patches", s.ground.patches.size()));
@@ -128,24 +132,12 @@ inline const std::array<PartInput, 20> kParts{{
      false},
     {"brakes.law", [](const Scenario& s) { return on_text(s.brakes.law == BrakeLaw::air, "air"); }, true},
     {"contact.law", [](const Scenario& s) { return on_text(s.contact.law == ContactLaw::elastic, "elastic"); }, false},
-    {"coupler.draft_gear_travel",
-     [](const Scenario& s) {
-       return on_text(s.coupler.draft_gear_travel > 0.0, number_text(s.coupler.draft_gear_travel));
-     },
-     false},
-    {"coupler.damping_ratio",
-     [](const Scenario& s) { return on_text(s.coupler.damping_ratio > 0.0, number_text(s.coupler.damping_ratio)); },
-     false},
-    {"coupler.break_draft",
-     [](const Scenario& s) { return on_text(s.coupler.break_draft < kInfinity, number_text(s.coupler.break_draft)); },
-     false},
-    {"coupler.break_swing",
-     [](const Scenario& s) { return on_text(s.coupler.break_swing < kInfinity, number_text(s.coupler.break_swing)); },
-     false},
-    {"coupler.break_moment",
-     [](const Scenario& s) { return on_text(s.coupler.break_moment < kInfinity, number_text(s.coupler.break_moment)); },
-     false},
-    {"track.grade", [](const Scenario& s) { return on_text(s.track.grade != 0.0, number_text(s.track.grade)); }, true},
+    {"coupler.draft_gear_travel", if_set<&Scenario::coupler, &Coupler::draft_gear_travel>, false},
+    {"coupler.damping_ratio", if_set<&Scenario::coupler, &Coupler::damping_ratio>, false},
+    {"coupler.break_draft", if_set<&Scenario::coupler, &Coupler::break_draft>, false},
+    {"coupler.break_swing", if_set<&Scenario::coupler, &Coupler::break_swing>, false},
+    {"coupler.break_moment", if_set<&Scenario::coupler, &Coupler::break_moment>, false},
+    {"track.grade", if_set<&Scenario::track, &Track::grade>, true},
     {"track.curves",
      [](const Scenario& s) {
        return on_text(!s.track.curves.empty(), fmt::format("{} curves", s.track.curves.size()));

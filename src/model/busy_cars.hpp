@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <type_traits>
 
 #include "model/extended_kernels.hpp"
 #include "simd/blocks.hpp"
@@ -31,8 +32,35 @@ B fresh_lanes(std::ptrdiff_t done) {
   return select(Lanes<B>::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
 }
 
-/// The same for body(i, done, zero of the number to use), where a range that has no room for a block must not be left:
-/// numbers one at a time then.
+/// Something that a loop over blocks and single numbers sums up or widens, with a B and with a double.
+template <class B>
+struct Tally {
+  B of_blocks = B(0.0);
+  double of_single = 0.0;
+
+  /// The one for a K, which is B or double.
+  template <class K>
+  K& of() {
+    if constexpr (std::is_same_v<K, B>) return of_blocks;
+    else return of_single;
+  }
+  template <class K>
+  void add(const K& value) {
+    of<K>() = of<K>() + value;
+  }
+  template <class K>
+  void widen(const K& value) {
+    of<K>() = select(value > of<K>(), value, of<K>());
+  }
+  double sum() const { return Lanes<B>::sum(of_blocks) + of_single; }
+  double max() const {
+    const double blocks = Lanes<B>::max(of_blocks);
+    return of_single > blocks ? of_single : blocks;
+  }
+};
+
+/// The same as for_busy() for body(i, done, zero of the number to use), where a range that has no room for a block must
+/// not be left: numbers one at a time then.
 template <class B, class Body>
 [[gnu::always_inline]] inline void for_within(const BusyCars& busy, std::ptrdiff_t n, const Body& body) {
   constexpr std::ptrdiff_t width = Lanes<B>::count;

@@ -81,6 +81,16 @@ void Contacts::find_pairs(const CarColumns& q) {
     }
   }
   keep_known(pairs_, old_pairs_);
+  free_leanings();
+}
+
+void Contacts::free_leanings() {
+  std::vector<bool> used(leaning_.size(), false);
+  for (const Pair& pair : pairs_)
+    if (pair.still >= 0) used[static_cast<std::size_t>(pair.still)] = true;
+  free_.clear();
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (!used[i]) free_.push_back(static_cast<int>(i));
 }
 
 void Contacts::place(std::size_t car, const CarColumns& q) {

@@ -50,6 +50,8 @@ class Contacts final : public Part {
   };
 
   void find_pairs(const CarColumns& cars);
+  /// What pairs that are no longer listed had of leaning_ is free.
+  void free_leanings();
   /// Parts the pairs into those that may move and those of which both cars lie, from time t [s] on.
   void sort_out(double t, const CarColumns& q);
   void place(std::size_t car, const CarColumns& q);

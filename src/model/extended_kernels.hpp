@@ -38,6 +38,11 @@ struct TruckArrays {
 
 /// Loops that need not look at all cars go by blocks of so many, a multiple of the widest batch.
 inline constexpr std::ptrdiff_t kBusyBlock = 8;
+/// The block that a car is in, and how many there are.
+constexpr std::size_t busy_block(std::ptrdiff_t car) { return static_cast<std::size_t>(car / kBusyBlock); }
+constexpr std::size_t busy_blocks(std::size_t cars) {
+  return cars == 0 ? 0 : busy_block(static_cast<std::ptrdiff_t>(cars) - 1) + 1;
+}
 /// Cars from one to before another; `from` is a multiple of kBusyBlock, and `to` too, or the number of cars.
 struct CarRange {
   std::ptrdiff_t from, to;

@@ -219,18 +219,16 @@ template <class B>
 template <class B>
 [[gnu::flatten]] bool overload(const BusyCars& trucks, const inputs::Rails& rails, double h, const double* before,
                                const double* now, const double* load, double* overloaded) {
-  B longest(0.0);
-  double longest_of_one = 0.0;
+  Tally<B> longest;
   for_each_busy<B>(trucks, [&](std::ptrdiff_t i, auto zero) {  // not twice: it counts
     using K = decltype(zero);
     using L = Lanes<K>;
     const K time =
         overloaded_time<K>(rails, L::load(before + i), L::load(now + i), L::load(load + i), h, L::load(overloaded + i));
     L::store(time, overloaded + i);
-    if constexpr (std::is_same_v<K, B>) longest = select(time > longest, time, longest);
-    else longest_of_one = time > longest_of_one ? time : longest_of_one;
+    longest.template widen<K>(time);
   });
-  return Lanes<B>::max(longest) > rails.derail_time || longest_of_one > rails.derail_time;
+  return longest.max() > rails.derail_time;
 }
 
 template <class B>

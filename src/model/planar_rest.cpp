@@ -11,7 +11,6 @@ namespace train_derail::model {
 namespace {
 
 constexpr int kSteps = 10;  // between two looks at who is slow
-constexpr std::ptrdiff_t kBlock = kBusyBlock;
 
 }  // namespace
 
@@ -23,7 +22,7 @@ PlanarRest::PlanarRest(const inputs::Ground& law, const std::vector<Car>& cars, 
       rest_(cars.size()),
       touched_(cars.size(), false),
       fresh_(cars.size(), false),
-      rolling_((cars.size() + static_cast<std::size_t>(kBlock) - 1) / static_cast<std::size_t>(kBlock), false) {
+      rolling_(busy_blocks(cars.size()), false) {
   for (const Car& c : cars) {
     radius_.push_back(std::hypot(0.5 * c.length, 0.5 * c.width));
     half_spacing_.push_back(0.5 * c.truck_spacing);
@@ -43,13 +42,13 @@ bool PlanarRest::off_rails(std::size_t car) const {
 void PlanarRest::find_busy() {
   const int n = static_cast<int>(mass_.size());
   std::vector<bool> blocks(rolling_.size(), false);
-  const auto mark = [&blocks](int car) { blocks[static_cast<std::size_t>(car / kBlock)] = true; };
+  const auto mark = [&blocks](int car) { blocks[busy_block(car)] = true; };
   joined_.clear();
   lying_cars_.clear();
   looked_at_.clear();
   for (int k = 0; k < n; ++k) {
     if (!lies(k)) {
-      if (!rolling_[static_cast<std::size_t>(k / kBlock)]) mark(k);
+      if (!rolling_[busy_block(k)]) mark(k);
       continue;
     }
     lying_cars_.push_back(k);
@@ -60,7 +59,7 @@ void PlanarRest::find_busy() {
     joined_.push_back(k);
   }
   for (const int k : lying_cars_)
-    if (blocks[static_cast<std::size_t>(k / kBlock)]) looked_at_.push_back(k);
+    if (blocks[busy_block(k)]) looked_at_.push_back(k);
   busy_.set(blocks, n);
 }
 
@@ -140,7 +139,7 @@ void PlanarRest::look(double h, const CarColumns& cars) {
   if (!(law_.rest_speed > 0.0) || ++unlooked_ < kSteps) return;
   unlooked_ = 0;
   for (std::size_t k = 0; k < mass_.size(); ++k) {
-    if (rolling_[k / static_cast<std::size_t>(kBlock)] || lies(static_cast<int>(k)) || !off_rails(k)) continue;
+    if (rolling_[busy_block(static_cast<std::ptrdiff_t>(k))] || lies(static_cast<int>(k)) || !off_rails(k)) continue;
     // How far any point of it has come since it was seen first: bodies that are pressed together tremble.
     const double turned = cars.sine[k] * seen_cosine_[k] - cars.cosine[k] * seen_sine_[k];
     const double way = std::hypot(cars.x[k] - seen_x_[k], cars.y[k] - seen_y_[k]) + radius_[k] * std::abs(turned);

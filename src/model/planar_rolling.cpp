@@ -16,7 +16,7 @@ PlanarRolling::PlanarRolling(const inputs::Scenario& scenario, const std::vector
       couplers_(couplers),
       trucks_(trucks),
       rest_(rest),
-      rolls_((train.size() + kBusyBlock - 1) / kBusyBlock, false),
+      rolls_(busy_blocks(train.size()), false),
       quiet_for_(rolls_.size(), 0.0),
       bend_front_(train.size(), 0.0),
       bend_rear_(train.size(), 0.0),

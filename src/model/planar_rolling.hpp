@@ -42,7 +42,7 @@ class PlanarRolling {
   /// The cars that only roll. On curved track they turn with it.
   const BusyCars& cars() const { return ranges_.cars(); }
   /// Whether `car` is one of them.
-  bool rolls(Eigen::Index car) const { return rolls_[static_cast<std::size_t>(car / kBusyBlock)]; }
+  bool rolls(Eigen::Index car) const { return rolls_[busy_block(car)]; }
   /// The end of a step of length h [s], with the forces of its beginning: who rolls from now on. Changes the places of
   /// those who do, and the motion of those who begin or cease to. Returns the energy that this takes [J]. `contacts`
   /// may be null.

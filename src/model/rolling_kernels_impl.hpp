@@ -3,8 +3,6 @@
 // needed, and what acts along it is the same under both trucks.
 #pragma once
 
-#include <type_traits>
-
 #include "model/busy_cars.hpp"
 #include "model/kernels_impl.hpp"
 #include "model/truck_parts.hpp"
@@ -42,8 +40,7 @@ Bar<B> bar(const ExtendedArrays& a, const double* state, std::ptrdiff_t i, const
 template <class B, bool straight>
 [[gnu::flatten]] void roll_couplers(const ExtendedArrays& a, const double* state, CouplerPeaks& peaks) {
   const std::ptrdiff_t n = a.cars;
-  B buff(0.0), draft(0.0);
-  double buff_of_one = 0.0, draft_of_one = 0.0;
+  Tally<B> buff, draft;
   for_within<B>(*a.rolling, n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t, auto zero) {
     using K = decltype(zero);
     using L = Lanes<K>;
@@ -64,19 +61,11 @@ template <class B, bool straight>
       const K by_x = L::load(a.sine + j) * fx, by_y = L::load(a.cosine + j) * fy;
       L::store(L::load(a.half_length + j) * (by_x - by_y), a.moment_trail + j);
     }
-    const auto widen = [](K& most, const K& value) { most = select(value > most, value, most); };
-    if constexpr (std::is_same_v<K, B>) {
-      widen(buff, axial);
-      widen(draft, -axial);
-    } else {
-      widen(buff_of_one, axial);
-      widen(draft_of_one, -axial);
-    }
+    buff.template widen<K>(axial);
+    draft.template widen<K>(-axial);
   });
-  for (const double force : {Lanes<B>::max(buff), buff_of_one})
-    if (force > peaks.buff) peaks.buff = force;
-  for (const double force : {Lanes<B>::max(draft), draft_of_one})
-    if (force > peaks.draft) peaks.draft = force;
+  if (buff.max() > peaks.buff) peaks.buff = buff.max();
+  if (draft.max() > peaks.draft) peaks.draft = draft.max();
 }
 
 /// Where the parts keep the resistance along the track of a car's front truck; that of the rear one is the same.
@@ -117,8 +106,7 @@ template <class B, bool straight>
 [[gnu::flatten]] void roll_work(const ExtendedArrays& a, const double* before, const double* after, double h,
                                 EnergyLedger& spent) {
   const std::ptrdiff_t n = a.cars;
-  B track(0.0), grade(0.0), damping(0.0);
-  double track_of_one = 0.0, grade_of_one = 0.0, damping_of_one = 0.0;
+  Tally<B> track, grade, damping;
   for_within<B>(*a.rolling, n, [&](std::ptrdiff_t k, std::ptrdiff_t done, auto zero) {
     using K = decltype(zero);
     using L = Lanes<K>;
@@ -129,14 +117,9 @@ template <class B, bool straight>
     if constexpr (!straight) along = along * L::load(a.cosine + k) + mid(VY, k) * L::load(a.sine + k);
     const K by_track = -2.0 * L::load(rolling_resistance(a, k)) * along,
             by_grade = 2.0 * a.grade * L::load(a.trucks.load + k) * along;
-    if constexpr (std::is_same_v<K, B>) {
-      const B fresh = fresh_lanes<B>(done);
-      track = track + fresh * by_track;
-      grade = grade + fresh * by_grade;
-    } else {
-      track_of_one += by_track;
-      grade_of_one += by_grade;
-    }
+    const K fresh = fresh_lanes<K>(done);
+    track.template add<K>(fresh * by_track);
+    grade.template add<K>(fresh * by_grade);
   });
   for_within<B>(*a.rolling, n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done, auto zero) {
     using K = decltype(zero);
@@ -144,13 +127,11 @@ template <class B, bool straight>
     const Bar<K> b = bar<K, straight>(a, before, i, [&](Coordinate c, std::ptrdiff_t k) {
       return K(0.5 * (L::load(before + c * n + k) + L::load(after + c * n + k)));
     });
-    const K taken = -L::load(a.couplers.damper + i) * b.rate;
-    if constexpr (std::is_same_v<K, B>) damping = damping + fresh_lanes<B>(done) * taken;
-    else damping_of_one += taken;
+    damping.template add<K>(fresh_lanes<K>(done) * (-L::load(a.couplers.damper + i) * b.rate));
   });
-  spent.work_on_track += h * (Lanes<B>::sum(track) + track_of_one);
-  spent.work_grade += h * (Lanes<B>::sum(grade) + grade_of_one);
-  spent.work_coupler_damping += h * (Lanes<B>::sum(damping) + damping_of_one);
+  spent.work_on_track += h * track.sum();
+  spent.work_grade += h * grade.sum();
+  spent.work_coupler_damping += h * damping.sum();
 }
 
 }  // namespace train_derail::model

@@ -90,14 +90,6 @@ bool Trucks::derailed(Eigen::Index car) const {
   return rails_on_ ? !on_rails(truck(car, FRONT)) || !on_rails(truck(car, REAR)) : past_pod(car);
 }
 
-bool Trucks::sits_easily(Eigen::Index car, double share) const {
-  for (const Eigen::Index i : {truck(car, FRONT), truck(car, REAR)}) {
-    if (!on_rails(i)) return false;
-    if (rails_on_ && std::abs(lateral()[i]) > share * rails_.derail_ratio * holding_load_[i]) return false;
-  }
-  return true;
-}
-
 TrackPlace Trucks::place(Eigen::Index car, const Vector2& point) const {
   const double s = track_.foot(point, arc_[truck(car, FRONT)]);
   const Track::Node n = track_.at(s);

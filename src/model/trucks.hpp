@@ -47,12 +47,14 @@ class Trucks final : public Part {
   bool past_pod(Eigen::Index car) const { return past_pod_[static_cast<std::size_t>(car)]; }
   Cause cause(Eigen::Index car) const { return first_cause_[static_cast<std::size_t>(car)]; }
   TrackPlace place(Eigen::Index car, const Vector2& point) const;
-  /// Both trucks are on the rails, with a lateral force of at most `share` of what makes them leave.
-  bool sits_easily(Eigen::Index car, double share) const;
   /// Both trucks are on the rails.
   bool sound(Eigen::Index car) const { return on_rails(truck(car, FRONT)) && on_rails(truck(car, REAR)); }
   /// Lateral force over what makes a truck leave the rails, as found last; of the truck that has more. Only on rails.
   double lateral_share(Eigen::Index car) const;
+  /// Both trucks are on the rails, with a lateral force of at most `share` of what makes them leave.
+  bool sits_easily(Eigen::Index car, double share) const {
+    return sound(car) && (!rails_on_ || lateral_share(car) <= share);
+  }
   /// No truck of the car is within `way` [m] of torn track, of a place where it leaves the rails, or of one where the
   /// curvature changes by more than `bend` [1/m].
   bool clear(Eigen::Index car, double way, double bend) const;

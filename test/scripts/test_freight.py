@@ -18,7 +18,7 @@ import fit_freight
 import fit_release
 import score_freight
 from derail_freight import competitors, release
-from derail_freight.fit import Group, fit, fit_positions, narrower_ranges, position_weights
+from derail_freight.fit import Ensemble, fit, fit_positions, narrower_ranges, position_weights
 from derail_freight.scores import Rows, crps, distribution, fair_crps, mean, pit, pit_histogram, quantile
 from derail_freight.table import FOLDS, Members, Table
 from derail_plots.errors import DataError
@@ -116,6 +116,19 @@ class FoldsTest(PlotTest):
             self.assertTrue(all(np.array(same)[here]), name)
             self.assertFalse(all(np.array(same)[~here]), f'{name}: the other fold learns from it')
 
+    def test_rows_behind_are_learned_from_and_not_those_in_front(self):
+        both = Table(rows_of(32) + rows_of(64))
+        folds, asked = both.folds(), []
+
+        def model(table, learn, predict):
+            asked.append((set(learn), set(predict)))
+            return [distribution([1])] * len(predict)
+
+        self.assertEqual(len(competitors.held_out(model, both, folds, 32)), 32)
+        self.assertEqual(set().union(*(predict for _, predict in asked)), set(range(32)))
+        for learn, predict in asked:
+            self.assertEqual(learn, {i for i in range(32, 96) if both.year[i] not in {both.year[j] for j in predict} and folds[i] != folds[min(predict)]})
+
     def test_a_year_without_a_fold_is_refused(self):
         rows = rows_of(8)
         rows[3]['date'] = '1999-01-01'
@@ -153,7 +166,7 @@ class FitTest(PlotTest):
         table = Table(rows_of(800, lambda i: 1 if (i // 2) % 10 < 3 else 20))
         members = members_of(table, {'stops': [1] * 6, 'heap': [20] * 6})
         rows = np.flatnonzero(table.group == 'broken_rail')
-        shares, parts, _ = fit([Group(table, members, rows)], [np.arange(len(rows))])
+        shares, parts, _ = fit([Ensemble(table, members, rows)], [np.arange(len(rows))])
         self.assertEqual(parts, [])
         self.assertAlmostEqual(shares[0][1], 0.3, delta=0.03)  # ways by name: heap, stops
 
@@ -166,7 +179,7 @@ class FitTest(PlotTest):
                 for x in range(10)
             ]
         members = Members(table, rows)
-        halves = [Group(table, members, np.flatnonzero(table.group == g)) for g in sorted(CAUSES)]
+        halves = [Ensemble(table, members, np.flatnonzero(table.group == g)) for g in sorted(CAUSES)]
         _, parts, score = fit(halves, [np.arange(200)] * 2, narrower_ranges(members, ['x', 'y']))
         self.assertEqual([str(p) for p in parts], ['heap: x 0 to 4.5 (lower half)'])
         self.assertAlmostEqual(score, 0.0)
@@ -187,25 +200,26 @@ class FitTest(PlotTest):
         self.assertAlmostEqual(fit_positions(table, members, every), 0.3)
         weights = position_weights(members, 0.3)
         self.assertAlmostEqual(weights[members.moved].sum() / weights.sum(), 0.3)
-        group = Group(table, members, every)
-        group.ensemble.weigh(weights)
-        self.assertAlmostEqual(group.weights([1.0], {})[0][1] * 5, 0.3)
+        group = Ensemble(table, members, every)
+        group.weigh(weights)
+        self.assertAlmostEqual(group.weights([1.0])[0][1] * 5, 0.3)
         for line in lines:
             del line['first_car_position']
         self.assertEqual(fit_positions(table, Members(table, lines), every), 0.0)
 
     def test_shares_go_into_the_file_of_ways(self):
         path = self.path('w.yaml', 'positions_counting_locomotives: 0.5  # why\ngroups:\n  broken_rail:\n    - {name: a, share: 0.5, study: a.yaml}\n    - {name: b, share: 0.5, study: b.yaml}\n  other:\n    - {name: a, share: 1, study: a.yaml}\n')
-        groups = {'broken_rail': {'ways': {'a': 0.25, 'b': 0.75}}}
+        # Rows of a class have a way of their own, which the group does not list.
+        groups = {'broken_rail': {'ways': {'a': 0.1, 'b': 0.3, 'of_class': 0.6}}}
         fit_freight.write_shares(path, groups, 0.35)
         with open(path, encoding='utf-8') as file:
             text = file.read()
         self.assertIn('positions_counting_locomotives: 0.35  # why\n', text)
         self.assertIn('{name: a, share: 0.2500, study: a.yaml}\n    - {name: b, share: 0.7500,', text)
         self.assertIn('{name: a, share: 1, study: a.yaml}', text)
-        groups = {'g': {'ways': {'a': 1 / 3, 'b': 1 / 3, 'c': 1 / 3}}}
-        fit_freight.rounded(groups)
-        self.assertAlmostEqual(sum(groups['g']['ways'].values()), 1.0, places=12)
+        self.assertAlmostEqual(sum(fit_freight.rounded({'a': 1 / 3, 'b': 1 / 3, 'c': 1 / 3}).values()), 1.0, places=12)
+        with self.assertRaisesRegex(DataError, 'w.yaml:4: way a has no members'):
+            fit_freight.write_shares(path, {'broken_rail': {'ways': {'b': 1.0}}}, 0.35)
 
 
 HEAD = 'time_s,what,car_a,car_b,where_a,where_b,closing_speed_normal_m_s\n'
@@ -234,10 +248,10 @@ class ReleaseTest(PlotTest):
         for i in range(3000):
             speed = 5 + 50 * random.random()
             text += f'{YEARS[i % 8]}-01-01,{speed},20,{random.binomial(20, release.shares(tanks, law, speed))}\n'
-        reports = release.Reports(self.path('hazmat.csv', text))
+        reports = release.Reports(self.path('wrong.csv', text))
         found, laws, unseen, constant = release.fit_all(tanks, reports)
         self.assertLess(unseen, constant)
-        self.assertEqual(len(laws), 5)
+        self.assertEqual(sorted(laws), [0, 1, 2, 3, 4])
         at = np.array([10.0, 30.0, 50.0])
         self.assertTrue(np.allclose(release.shares(tanks, found, at), release.shares(tanks, law, at), atol=0.01))
         self.assertAlmostEqual(found[2], 25.0, delta=4.0)
@@ -313,6 +327,13 @@ class ScriptsTest(PlotTest):
         plain = script('score_freight.py', self.out, '--no-in-sample')
         theirs = [[line for line in d.stdout.split('\n') if line.startswith('| linear, by folds | 80 |')] for d in (done, plain)]
         self.assertEqual(theirs[0], theirs[1], 'the same rows, so the same models')
+        with open(self.table, encoding='utf-8') as file:
+            head, *rows = file.read().splitlines()
+        cars = head.split(',').index('cars_derailed')
+        other = self.path('other.csv', '\n'.join([head, *(','.join('6' if i == cars else f for i, f in enumerate(r.split(','))) for r in rows)]) + '\n')
+        done = script('score_freight.py', self.out, '--no-in-sample', '--learn', other, self.path('causes.yaml'))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn(theirs[0][0], done.stdout, 'other counts, so other models')
         code, said = refusal(score_freight.main, self.out, '--learn', self.table, self.path('nowhere.yaml'))
         self.assertEqual(code, 2)
         self.assertIn('nowhere.yaml', said)
@@ -323,6 +344,9 @@ class ScriptsTest(PlotTest):
         done = script('fit_release.py', table, self.path('rails.yaml'), '--seeds', '1', '--derail', derail)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn('| all rows | 0.', done.stdout)
+        for text, what in (('n/a,10,1,0', "wrong.csv:2: date = 'n/a'"), ('2008-01-01,fast,1,0', "speed_mph = 'fast': not a number"), ('2008-01-01,10,0,0', 'no row above 0'), ('1999-01-01,10,1,0', 'year 1999')):
+            with self.assertRaisesRegex(DataError, what):
+                release.Reports(self.path('wrong.csv', f'date,speed_mph,hazmat_damaged,hazmat_released\n{text}\n'))
         code, said = refusal(fit_release.main, table, self.path('nowhere.yaml'), '--derail', derail)
         self.assertEqual(code, 2)
         self.assertIn('nowhere.yaml', said)

@@ -38,14 +38,19 @@ class MeasureCostTest(PlotTest):
         out = self.path('measured')
         os.makedirs(os.path.join(out, 'pictures'))
         self.path('measured/cost.json', json.dumps(MEASURED))
-        page = self.path('measured/page.md', 'Before\n<!-- begin: compared -->\nold\n<!-- end -->\nafter\n')
+        marks = ''.join(f'<!-- begin: {name} -->\nold\n<!-- end -->\n' for name in ('machine', 'runs'))
+        page = self.path('measured/page.md', f'{marks}Before\n<!-- begin: compared -->\nold\n<!-- end -->\nafter\n')
         filled = script('measure_cost.py', out, '--fill', page)
         self.assertEqual(filled.returncode, 0, filled.stderr)
         with open(page, encoding='utf-8') as file:
             text = file.read()
-        self.assertTrue(text.startswith('Before\n<!-- begin: compared -->\n| one train'), text)
+        self.assertIn('<!-- begin: machine -->\na machine\n<!-- end -->\n', text)
+        self.assertIn('Before\n<!-- begin: compared -->\n| one train', text)
         self.assertTrue(text.endswith('that |\n<!-- end -->\nafter\n'), text)
         self.check_picture(os.path.join(out, 'pictures', 'cost.png'))
+        unmarked = script('measure_cost.py', out, '--fill', self.path('measured/page.md', 'no marks\n'))
+        self.assertEqual(unmarked.returncode, 2)
+        self.assertIn('marks none; wanted: each of machine, runs, compared once', unmarked.stderr)
 
     def test_the_time_is_that_of_the_process(self):
         spin = 'import time\nwhile time.process_time() < 0.3: pass\nprint("done")'
@@ -60,6 +65,9 @@ class MeasureCostTest(PlotTest):
         failed = script('measure_cost.py', self.path('none'), '--derail', '/bin/false')
         self.assertEqual(failed.returncode, 2)
         self.assertIn('/bin/false --version: exit code 1', failed.stderr)
+        failed = script('measure_cost.py', self.path('none'), '--derail', os.path.abspath(self.program), '--runs', '1', '--cars', '2')
+        self.assertEqual(failed.returncode, 2)
+        self.assertIn('consist[1].count', failed.stderr, "the program's own words")
 
 
 if __name__ == '__main__':
