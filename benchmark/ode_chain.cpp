@@ -7,6 +7,7 @@
 // step [s], speed at which the train is at rest [m/s], longest time [s], iterations a step (0: the direct solver); then
 // a line a car, the foremost first: mass [kg], yaw inertia [kg m2], length and width [m]. Standard output: one object
 // of JSON.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -16,7 +17,9 @@
 
 namespace {
 
-constexpr dReal kGravity = 9.80665, kHeight = 3.0, kPinHeight = 0.84;  // m/s2, m, m
+constexpr dReal kGravity = 9.80665;  // m/s2
+// Of a body, from floor to roof about as in config/types/car_bodies.yaml, and of couplers, 33 in [m].
+constexpr dReal kHeight = 3.0, kPinHeight = 0.84;
 
 struct Run {
   double coupler, on_track, off_track, speed, yaw_rate, step, rest, time_max;

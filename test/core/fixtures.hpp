@@ -36,14 +36,6 @@ inline void PrintTo(Ended ended, std::ostream* out) { *out << to_string(ended); 
 
 namespace train_derail::test {
 
-/// Whether this is a build with sanitizers. They look at memory and arithmetic, not at the numbers that come out: a
-/// test may then leave out what only executes the same once more.
-#ifdef TRAIN_DERAIL_SANITIZED
-inline constexpr bool kSanitized = true;
-#else
-inline constexpr bool kSanitized = false;
-#endif
-
 inline constexpr double kPi = 3.14159265358979323846;
 
 /// Table 1 of the paper with the suggested defaults for what it leaves out.

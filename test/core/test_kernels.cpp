@@ -40,7 +40,6 @@ TEST(Kernels, PlainIsAlwaysThereAndOthersAreNamed) {
 }
 
 TEST(Kernels, AgreeWithThePlainVersion) {
-  if (test::kSanitized) GTEST_SKIP() << "only the plain version is built with sanitizers";
   test::Random random(31);
   int compared = 0;
   for (const auto law : {inputs::OnTrackLaw::isotropic, inputs::OnTrackLaw::along_track, inputs::OnTrackLaw::guided}) {

@@ -196,21 +196,13 @@ TEST(PlanarRolling, OtherInputsFromThereOnCanForbidIt) {
 }
 
 TEST(PlanarRolling, ChangesNoOutcomeBeyondNoise) {
-  constexpr int kRuns = 40;
-  std::array<std::vector<double>, 5> with, without;
-  for (int i = 0; i < 2 * kRuns; ++i) {
-    inputs::Scenario s = test::accident(40);
-    s.initial.perturbation.seed = i + 1;
-    if (i % 2 == 1) s.rails.rolling_share = 0.0;
-    simulation::Simulation sim(s);
-    sim.run();
-    const outcome::Outcome o = sim.outcome();
-    auto& sample = i % 2 == 1 ? without : with;
-    const double values[] = {static_cast<double>(o.cars_derailed), o.closing_speed_max.speed, o.pile_up.width,
-                             o.pile_up.length, o.coupler_buff_peak.force};
-    for (std::size_t q = 0; q < sample.size(); ++q) sample[q].push_back(values[q]);
-  }
-  EXPECT_GT(test::least_p(with, without), 0.01);
+  const double p = test::least_p_without(
+      40, [] { return test::accident(40); }, [](inputs::Scenario& s) { s.rails.rolling_share = 0.0; },
+      [](const outcome::Outcome& o) {
+        return std::array<double, 5>{static_cast<double>(o.cars_derailed), o.closing_speed_max.speed, o.pile_up.width,
+                                     o.pile_up.length, o.coupler_buff_peak.force};
+      });
+  EXPECT_GT(p, 0.01);
 }
 
 }  // namespace

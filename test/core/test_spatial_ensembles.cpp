@@ -16,21 +16,13 @@ namespace {
 using test::everything;
 
 TEST(SpatialRest, ChangesNoOutcomeBeyondNoise) {
-  constexpr unsigned kRuns = 30;
-  std::array<std::vector<double>, 4> with, without;
-  for (unsigned i = 0; i < 2 * kRuns; ++i) {
-    inputs::Scenario s = everything(20, 2e-3);
-    s.initial.perturbation.seed = static_cast<int>(i) + 1;
-    if (i % 2 == 1) s.terrain.rest_speed = 0.0;
-    simulation::Simulation sim(s);
-    sim.run();
-    const outcome::Outcome o = sim.outcome();
-    auto& sample = i % 2 == 1 ? without : with;
-    const double values[] = {static_cast<double>(o.cars_derailed), static_cast<double>(o.posture.over()),
-                             o.pile_up.lateral_reach.farthest, o.pile_up.length};
-    for (std::size_t q = 0; q < sample.size(); ++q) sample[q].push_back(values[q]);
-  }
-  EXPECT_GT(test::least_p(with, without), 0.01);
+  const double p = test::least_p_without(
+      30, [] { return everything(20, 2e-3); }, [](inputs::Scenario& s) { s.terrain.rest_speed = 0.0; },
+      [](const outcome::Outcome& o) {
+        return std::array<double, 4>{static_cast<double>(o.cars_derailed), static_cast<double>(o.posture.over()),
+                                     o.pile_up.lateral_reach.farthest, o.pile_up.length};
+      });
+  EXPECT_GT(p, 0.01);
 }
 
 TEST(SpatialRun, FlatLowAndWideEndsAsInThePlane) {
