@@ -2,6 +2,29 @@
 
 #include <utility>
 
+#include <ros/message_traits.h>
+#include <ros/serialization.h>
+
+// roscpp takes bytes for a message of any type.
+namespace ros {
+namespace message_traits {
+template <>
+struct MD5Sum<train_derail::ros_face::MessageBytes> {
+  static const char* value(const train_derail::ros_face::MessageBytes&) { return "*"; }
+};
+template <>
+struct DataType<train_derail::ros_face::MessageBytes> {
+  static const char* value(const train_derail::ros_face::MessageBytes&) { return "*"; }
+};
+}  // namespace message_traits
+namespace serialization {
+template <>
+SerializedMessage serializeMessage(const train_derail::ros_face::MessageBytes& message) {
+  return message.bytes;
+}
+}  // namespace serialization
+}  // namespace ros
+
 namespace train_derail::ros_face {
 
 namespace {
@@ -35,8 +58,18 @@ Publishers::Publishers(::ros::NodeHandle& private_handle, const NodeParameters& 
 }
 
 void Publishers::receive(const AnyMessage& message) {
-  const ::ros::Publisher& publisher = publishers_[message.index()];
-  if (publisher) std::visit([&](const auto* content) { publisher.publish(*content); }, message);
+  const std::size_t topic = message.index();
+  if (!publishers_[topic] || (topic_facts(topic).latched == Latched::no && !has_listeners(topic))) return;
+  std::visit(
+      [&](const auto* content) {
+        waiting_.push_back({topic, {::ros::serialization::serializeMessage(*content)}});
+      },
+      message);
+}
+
+void Publishers::publish_waiting() {
+  for (const auto& [topic, message] : waiting_) publishers_[topic].publish(message);
+  waiting_.clear();
 }
 
 void Publishers::idle(const rosgraph_msgs::Clock& clock, const tf2_msgs::TFMessage& frames) {

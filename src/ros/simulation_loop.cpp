@@ -31,6 +31,9 @@ constexpr double kRepeatInterval = 10.0;
 /// Between two looks whether those who are to watch have come, wall [s].
 constexpr double kViewersInterval = 0.05;
 
+/// For which messages are gathered while the run goes as fast as it can, wall [s].
+constexpr double kGatherTime = 2.0e-3;
+
 /// Between two messages of /clock after the end of a run, wall [s].
 constexpr double kIdleInterval = 0.05;
 
@@ -117,6 +120,10 @@ int SimulationLoop::run() {
     } else if (state_ == State::running || stepping_) {
       wait_until = now;
     }
+    if (wait_until > now || now >= publish_due_) {
+      publishers_.publish_waiting();
+      publish_due_ = now + wall_seconds(kGatherTime);
+    }
     if (wait_until > now) {
       commands_.wait_until(wait_until);
     } else if (state_ == State::running || stepping_) {
@@ -125,6 +132,7 @@ int SimulationLoop::run() {
   }
   if (stepping_) finish_step({false, "the node is shutting down"});
   commands_.close();
+  publishers_.publish_waiting();
   if (bag_) {
     control_.saving = true;
     bag_->close();

@@ -153,6 +153,7 @@ class SimulationLoop {
   WallTime viewers_due_{};  ///< until when the first run waits for somebody who watches; 0: it does not
   WallTime repeat_due_{};   ///< when all markers are sent again
   WallTime idle_due_{};     ///< when the next message of /clock is due after the end of a run
+  WallTime publish_due_{};  ///< when the messages that have been gathered go, if the run goes as fast as it can
 
   State state_ = State::paused;
   std::string exception_;  ///< what the simulation threw; "" if it did not
