@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Fits how derailments of each group of causes begin: the shares of the ways, and narrower ranges of inputs.
+"""Fits how derailments of each group of causes begin: the shares of the ways by speed, and narrower ranges of inputs.
 
   derail validate TABLE.csv --study WAYS.yaml --out DIR
   fit_freight.py DIR [--keys ties.drag obstacles.rate ...] [--write WAYS.yaml]
@@ -29,58 +29,61 @@ from derail_freight.table import FOLDS, read_members, read_table  # noqa: E402
 from derail_plots.errors import DataError  # noqa: E402
 
 
-def distributions(group, shares, parts, rows):
-    """Of rows of the group."""
-    weights = group.weights(shares, group.kept(parts))
+def predictions(group, mix, parts, rows):
+    """Distributions and scores of rows of the group."""
+    weights = group.weights(mix, group.kept(parts))
+    scores = group.crps(weights)
     found = []
     for i in rows:
         k = weights[i] > 0.0
-        found.append(distribution(group.cars[i][k], weights[i][k]))
+        found.append((distribution(group.cars[i][k], weights[i][k]), scores[i]))
     return found
 
 
-def describe(group, shares):
-    return ', '.join(f'{w} {s:.3f}' for w, s in zip(group.ways, shares))
+def describe(group, mix):
+    return ', '.join(f'{w} {s:.3f}' + (f' v^{e:.2f}' if e else '') for w, s, e in zip(group.ways, mix.shares, mix.exponents))
 
 
 def fit_all(table, members, keys):
-    """Result of the fit, and the distributions of all rows: from all rows, and held out."""
+    """Result of the fit, and the predictions of all rows: from all rows, and held out."""
     folds = table.folds()
-    every = np.arange(len(table))
-    positions = {None: fit_positions(table, members, every)}
-    for fold in sorted(set(folds)):
-        positions[fold] = fit_positions(table, members, every[folds != fold])
-    weights = {fold: position_weights(members, share) for fold, share in positions.items()}
+    positions = {}
     names = sorted(set(table.group))
     rows = [np.flatnonzero(table.group == name) for name in names]
     groups = [Ensemble(table, members, r) for r in rows]
     tried = narrower_ranges(members, keys)
 
     def fit_of(fold):
+        """The ways first, with the positions as they were simulated, then these, then the ways again."""
+        wanted = [np.flatnonzero(folds[r] != fold) for r in rows]
         for g in groups:
-            g.weigh(weights[fold])
-        return fit(groups, [np.flatnonzero(folds[r] != fold) for r in rows], tried)
+            g.weigh(np.ones(len(members.row)))
+        mixes, _, _ = fit(groups, wanted)
+        positions[fold] = fit_positions(groups, mixes, wanted, members)
+        for g in groups:
+            g.weigh(position_weights(members, positions[fold]))
+        return fit(groups, wanted, tried)
 
-    def predict(shares, parts, wanted, into):
-        for g, s, r in zip(groups, shares, rows):
-            for i, d in zip(r[wanted[r]], distributions(g, s, parts, np.flatnonzero(wanted[r]))):
+    def predict(mixes, parts, wanted, into):
+        for g, m, r in zip(groups, mixes, rows):
+            for i, d in zip(r[wanted[r]], predictions(g, m, parts, np.flatnonzero(wanted[r]))):
                 into[i] = d
 
     fitted, unseen, without = [None] * len(table), [None] * len(table), {}
     for fold in sorted(set(folds)):
-        shares, parts, _ = fit_of(fold)
-        without[fold] = (shares, parts)
-        predict(shares, parts, folds == fold, unseen)
-    shares, parts, _ = fit_of(None)
-    predict(shares, parts, np.ones(len(table), bool), fitted)
+        mixes, parts, _ = fit_of(fold)
+        without[fold] = (mixes, parts)
+        predict(mixes, parts, folds == fold, unseen)
+    mixes, parts, _ = fit_of(None)
+    predict(mixes, parts, np.ones(len(table), bool), fitted)
     found = {
         name: {
             'rows': len(r),
-            'ways': dict(zip(g.ways, (float(x) for x in s))),
-            'text': describe(g, s),
+            'ways': {w: {'share': float(s), 'speed_exponent': float(e)} for w, s, e in zip(g.ways, m.shares, m.exponents)},
+            'text': describe(g, m),
             'without': {years_of(f): describe(g, of_all[i]) for f, (of_all, _) in without.items()},
         }
-        for i, (name, g, s, r) in enumerate(zip(names, groups, shares, rows))
+        for i, (name, g, m, r) in enumerate(zip(names, groups, mixes, rows))
     }
     ranges = {'all rows': parts, **{years_of(f): p for f, (_, p) in without.items()}}
     ranges = {name: [str(n) for n in p] for name, p in ranges.items()}
@@ -103,16 +106,19 @@ def write_shares(path, groups, positions):
         of_group = re.match(r'  (\w+):', line)
         if of_group:
             group = of_group.group(1)
-        way = re.search(r'name: ([^,}]+), share: [0-9.]+', line)
+        way = re.search(r'name: ([^,}]+), share: [0-9.]+(, speed_exponent: [-0-9.]+)?', line)
         if way and group in groups:
             listed.setdefault(group, {})[way.group(1)] = (i, way.group(0))
     for group, places in listed.items():
         for way, (i, _) in places.items():
             if way not in groups[group]['ways']:
                 raise DataError(f'{path}:{i + 1}: way {way} has no members in the folder')
-        shares = rounded({way: groups[group]['ways'][way] for way in places})
+        found = groups[group]['ways']
+        shares = rounded({way: found[way]['share'] for way in places})
         for way, (i, old) in places.items():
-            lines[i] = lines[i].replace(old, f'name: {way}, share: {shares[way]:.4f}')
+            exponent = f"{found[way]['speed_exponent']:.2f}"
+            power = f', speed_exponent: {exponent}' if float(exponent) else ''
+            lines[i] = lines[i].replace(old, f'name: {way}, share: {shares[way]:.4f}{power}')
     with open(path, 'w', encoding='utf-8') as file:
         file.write('\n'.join(lines))
 
@@ -148,7 +154,7 @@ def main(arguments=None):
         table = read_table(a.folder)
         members = read_members(a.folder, table)
         groups, ranges, positions, fitted, unseen = fit_all(table, members, a.keys)
-        scores = [Rows(table.real, d, draws=True).scores() for d in (fitted, unseen)]
+        scores = [Rows(table.real, *zip(*found)).scores() for found in (fitted, unseen)]
         with open(os.path.join(a.folder, 'fit.json'), 'w', encoding='utf-8') as file:
             json.dump({'groups': groups, 'ranges': ranges, 'positions': positions, 'fitted': scores[0], 'held_out': scores[1]}, file, indent=2)
             file.write('\n')

@@ -32,14 +32,23 @@ def crps(d, real):
     return float(np.sum(weights * np.abs(values - real))) - 0.5 * apart
 
 
-def fair_crps(d, real):
-    """The same of members that are draws: corrected for their number (Ferro 2014), which weights make smaller."""
-    values, weights = d
-    different = 1.0 - float(np.sum(weights**2))
-    if different < 1e-9:
-        return float(np.sum(weights * np.abs(values - real)))
-    away = float(np.sum(weights * np.abs(values - real)))
-    return away - (away - crps(d, real)) / different
+def fair_crps(values, weights, strata, real):
+    """The same of members that are draws, those of a stratum of one distribution: corrected for their number (Ferro 2014).
+
+    Two draws of different strata are as far apart as any such two; of one stratum they may not be the same member. A stratum with one
+    member counts as if all of it were alike.
+    """
+    values, weights = np.asarray(values, float), np.asarray(weights, float) / np.sum(weights)
+    apart = np.abs(values[:, None] - values[None, :]) * weights[:, None] * weights[None, :]
+    half = 0.5 * float(apart.sum())
+    strata = np.array(list(strata))
+    for stratum in set(strata):
+        k = strata == stratum
+        alike = float(np.sum(weights[k] ** 2))
+        different = float(np.sum(weights[k])) ** 2 - alike
+        if different > 1e-12:
+            half += 0.5 * float(apart[np.ix_(k, k)].sum()) * alike / different
+    return float(np.sum(weights * np.abs(values - real))) - half
 
 
 def pit(d, real):
@@ -62,13 +71,13 @@ def pit_histogram(ends, bins=PIT_BINS):
 class Rows:
     """What is kept of the predictions of one model for many rows."""
 
-    def __init__(self, real, distributions, draws=False):
+    def __init__(self, real, distributions, scores=None):
+        """`scores`: continuous ranked probability score of each row, if that of its distribution is not the one that is meant."""
         self.real = np.asarray(real, float)
         self.median = np.array([quantile(d, 0.5) for d in distributions])
         self.mean = np.array([mean(d) for d in distributions])
         self.low, self.high = (np.array([quantile(d, q) for d in distributions]) for q in INTERVAL)
-        score = fair_crps if draws else crps
-        self.crps = np.array([score(d, y) for d, y in zip(distributions, self.real)])
+        self.crps = np.array([crps(d, y) for d, y in zip(distributions, self.real)] if scores is None else scores)
         self.pit = np.array([pit(d, y) for d, y in zip(distributions, self.real)])
         self.few = np.array([d[1][d[0] <= 2].sum() for d in distributions])
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@ using inputs::InputError;
 namespace {
 
 constexpr double kShareTolerance = 1e-6;  // of shares that are written with few digits
+constexpr double kSpeedExponentMax = 10.0;
 
 std::int64_t members_of(const study::Study& study) {
   const bool sampled = study.plan == study::Plan::latin_hypercube;
@@ -102,6 +104,14 @@ class PlanReader {
     return share;
   }
 
+  double exponent(const YAML::Node& at, const YAML::Node& node, const std::string& key) const {
+    const double exponent = node.as<double>(NAN);
+    if (!(std::abs(exponent) <= kSpeedExponentMax))
+      throw InputError(where(at), key, node.as<std::string>(""), "out of range",
+                       fmt::format("-{0:g} to {0:g}", kSpeedExponentMax));
+    return exponent;
+  }
+
   /// A list of {class: file, study: file}.
   std::vector<ClassWay> class_list(const YAML::Node& node) {
     const std::string allowed = "a list of class: a file, study: a file";
@@ -120,7 +130,7 @@ class PlanReader {
   }
 
   std::vector<Way> list(const YAML::Node& node, const std::string& group) {
-    const std::string allowed = "a list of ways: name, share, study";
+    const std::string allowed = "a list of ways: name, share, speed_exponent, study";
     if (!node.IsSequence() || node.size() == 0)
       throw InputError(where(node), "groups." + group, "", "not a list", allowed);
     std::vector<Way> ways;
@@ -142,6 +152,8 @@ class PlanReader {
         w.name = entry.second.Scalar();
       } else if (key == "share") {
         w.share = share(entry.first, entry.second, "groups." + group + ".share");
+      } else if (key == "speed_exponent") {
+        w.speed_exponent = exponent(entry.first, entry.second, "groups." + group + ".speed_exponent");
       } else if (key == "study" && entry.second.IsScalar()) {
         w.study = changed(study::read_study_file(beside(entry.second), changes_.overrides, changes_.spread), changes_);
       } else {
@@ -170,7 +182,9 @@ double chance_of(const study::Study& study, const Accident& accident, std::int64
 }  // namespace
 
 Plan::Plan(study::Study study) : source(study.source), fitted_on(study.fitted_on), title_(study.title) {
-  ways_[""].push_back({"", 1.0, std::move(study)});
+  Way way;
+  way.study = std::move(study);
+  ways_[""].push_back(std::move(way));
 }
 
 Plan::Plan(std::string title, CauseGroups causes, std::map<std::string, std::vector<Way>> ways,
@@ -214,14 +228,24 @@ std::vector<std::pair<std::string, const Way*>> Plan::class_ways() const {
 }
 const std::vector<Way>& Plan::ways_of_group(const std::string& group) const { return ways_.at(group); }
 
+std::vector<double> Plan::shares_of(const Accident& accident) const {
+  std::vector<double> shares;
+  for (const Way& w : ways_of(accident))
+    shares.push_back(w.share * std::pow(accident.speed_mph / kShareSpeed, w.speed_exponent));
+  const double sum = std::accumulate(shares.begin(), shares.end(), 0.0);
+  for (double& share : shares) share /= sum;
+  return shares;
+}
+
 const Way& Plan::way_of(const Accident& accident, std::int64_t member) const {
   const std::vector<Way>& ways = ways_of(accident);
   const auto members = static_cast<double>(members_of(ways.front().study));
   double place = chance_of(ways.front().study, accident, 1) + static_cast<double>(member) / members;
   place -= std::floor(place);
-  for (const Way& w : ways) {
-    if (place < w.share) return w;
-    place -= w.share;
+  const std::vector<double> shares = shares_of(accident);
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    if (place < shares[i]) return ways[i];
+    place -= shares[i];
   }
   return ways.back();
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <map>
 
@@ -29,6 +28,15 @@ Eigen::MatrixXd design(FitKind kind, const FitInputs& in) {
   }
   if (kind == FitKind::log_log) x.rightCols(3) = x.rightCols(3).array().log().matrix().eval();
   return x;
+}
+
+/// Sum of the distances of all pairs, each pair once.
+double sum_over_pairs(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const auto n = static_cast<double>(values.size());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) sum += (2.0 * static_cast<double>(i) + 1.0 - n) * values[i];
+  return sum;
 }
 
 }  // namespace
@@ -67,18 +75,24 @@ Coverage coverage(const std::vector<double>& real, const std::vector<double>& lo
   return n > 0.0 ? Coverage{inside / n, width / n} : Coverage{kNone, kNone};
 }
 
-double crps(double real, const std::vector<double>& members) {
-  std::vector<double> sorted;
-  std::copy_if(members.begin(), members.end(), std::back_inserter(sorted), [](double x) { return !std::isnan(x); });
-  if (sorted.empty()) return kNone;
-  std::sort(sorted.begin(), sorted.end());
-  const auto n = static_cast<double>(sorted.size());
-  double away = 0.0, apart = 0.0;  // apart: sum over all pairs
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    away += std::abs(sorted[i] - real);
-    apart += (2.0 * static_cast<double>(i) + 1.0 - n) * sorted[i];
+double crps(double real, const std::vector<double>& members, const std::vector<std::string>& strata) {
+  std::vector<double> all;
+  std::map<std::string, std::vector<double>> of;
+  double away = 0.0;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    if (std::isnan(members[i])) continue;
+    all.push_back(members[i]);
+    of[strata.empty() ? "" : strata[i]].push_back(members[i]);
+    away += std::abs(members[i] - real);
   }
-  return away / n - (n > 1.0 ? apart / (n * (n - 1.0)) : 0.0);
+  if (all.empty()) return kNone;
+  const auto n = static_cast<double>(all.size());
+  double apart = sum_over_pairs(std::move(all));
+  for (auto& [stratum, some] : of) {
+    const auto m = static_cast<double>(some.size());
+    if (m > 1.0) apart += sum_over_pairs(std::move(some)) / (m - 1.0);
+  }
+  return away / n - apart / (n * n);
 }
 
 namespace {

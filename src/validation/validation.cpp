@@ -266,8 +266,10 @@ nlohmann::ordered_json description_by_cause(const Plan& plan) {
   for (const CauseGroups::Group& g : plan.causes().groups) {
     nlohmann::ordered_json group{{"name", g.name}, {"codes", g.codes}, {"families", g.families}};
     for (const Way& w : plan.ways_of_group(g.name)) {
-      group["ways"].push_back(
-          {{"name", w.name}, {"share", w.share}, {"study", nlohmann::ordered_json::parse(study::to_json(w.study))}});
+      group["ways"].push_back({{"name", w.name},
+                               {"share", w.share},
+                               {"speed_exponent", w.speed_exponent},
+                               {"study", nlohmann::ordered_json::parse(study::to_json(w.study))}});
     }
     j["groups"].push_back(group);
   }
@@ -378,11 +380,14 @@ Validation evaluate(const Plan& plan, const AccidentTable& accidents, const Ense
                     drawn));
   }
   std::vector<std::vector<double>> counts(accidents.rows.size());
+  std::vector<std::vector<std::string>> ways(accidents.rows.size());
   for (const Member& m : ensembles.members) {
     if (m.outcome.ended == outcome::Ended::integration_failed) continue;
     counts[m.row].push_back(m.derailed.cars);
+    ways[m.row].push_back(m.way);
   }
-  for (std::size_t i = 0; i < counts.size(); ++i) v.crps.push_back(crps(accidents.rows[i].cars_derailed, counts[i]));
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    v.crps.push_back(crps(accidents.rows[i].cars_derailed, counts[i], ways[i]));
   for (std::vector<double>& sample : counts) {
     v.intervals.push_back(study::predictive_interval(sample, kIntervalShare));
     v.predicted.push_back(study::spread(std::move(sample)));

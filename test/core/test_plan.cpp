@@ -108,8 +108,12 @@ TEST_F(ByCause, TheShippedGroupsKnowTheirCodes) {
                         {"E53C", "wheel_axle_truck"},
                         {"E61C", "wheel_axle_truck"},
                         {"H503", "train_handling"},
-                        {"H702", "switch_human"},
-                        {"T314", "switch_human"},
+                        {"E00C", "brakes_couplers"},
+                        {"H018", "brakes_couplers"},
+                        {"H702", "switch"},
+                        {"T314", "switch"},
+                        {"H302", "human"},
+                        {"M201", "lading_body"},
                         {"M405", "other"},
                         {"T401", "other"}}) {
     EXPECT_EQ(groups.find(c.code).group->name, c.group) << c.code;
@@ -133,6 +137,29 @@ TEST_F(ByCause, WaysHaveTheirSharesOfTheMembers) {
   EXPECT_NEAR(soft, 3 * 0.75 * kRows, 3 * std::sqrt(kRows * 0.25 * 0.75));
 }
 
+TEST_F(ByCause, SharesGoWithAPowerOfTheSpeed) {
+  std::string text = kPlan;
+  text.replace(text.find("share: 0.25"), 11, "share: 0.25, speed_exponent: 2");
+  const validation::Plan by = plan(text);
+  struct Case {
+    double speed_mph, stiff;
+  };
+  for (const Case& c : {Case{25.0, 0.25}, Case{50.0, 1.0 / 1.75}, Case{12.5, 0.0625 / 0.8125}}) {
+    Accident a = accident("E61C");
+    a.speed_mph = c.speed_mph;
+    const std::vector<double> shares = by.shares_of(a);
+    ASSERT_EQ(shares.size(), 2u);
+    EXPECT_NEAR(shares[0], c.stiff, 1e-12) << c.speed_mph;
+    EXPECT_NEAR(shares[0] + shares[1], 1.0, 1e-12) << c.speed_mph;
+    int stiff = 0;
+    constexpr int kRows = 1000;
+    for (a.line = 2; a.line < 2 + kRows; ++a.line) {
+      for (int m = 0; m < 3; ++m) stiff += by.way_of(a, m).name == "stiff" ? 1 : 0;
+    }
+    EXPECT_NEAR(stiff, 3 * c.stiff * kRows, 3 * std::sqrt(kRows * 0.25)) << c.speed_mph;
+  }
+}
+
 TEST_F(ByCause, WrongPlansAreRefused) {
   const auto with = [](const std::string& was, const std::string& is) {
     std::string text = kPlan;
@@ -141,6 +168,9 @@ TEST_F(ByCause, WrongPlansAreRefused) {
   const std::string file = (folder_ / "plan.yaml").string();
   EXPECT_EQ(plan_refusal(with("0.75", "0.7")), file + ":5: groups.wheel = '0.95': the sum of the shares; allowed: 1");
   EXPECT_NE(plan_refusal(with("0.75", "1.5")).find("groups.wheel.share = '1.5': out of range; allowed: 0 to 1"),
+            std::string::npos);
+  EXPECT_NE(plan_refusal(with("share: 0.75", "share: 0.75, speed_exponent: 11"))
+                .find("groups.wheel.speed_exponent = '11': out of range; allowed: -10 to 10"),
             std::string::npos);
   EXPECT_NE(plan_refusal(with("  other: [{study: soft.yaml}]\n", "")).find("other"), std::string::npos);
   EXPECT_NE(plan_refusal(with("rail:", "rails:")).find("groups.rails: no group of"), std::string::npos);

@@ -33,6 +33,11 @@ TEST(Scores, CrpsOfMembersByHandAndOfAKnownDistribution) {
   EXPECT_DOUBLE_EQ(validation::crps(4.0, {3.0, NAN, 8.0, 1.0}), 8.0 / 3.0 - 7.0 / 3.0);
   EXPECT_DOUBLE_EQ(validation::crps(4.0, {7.0}), 3.0);
   EXPECT_TRUE(std::isnan(validation::crps(4.0, {NAN})));
+  // Two strata of one member each: half of all pairs of draws are of the same one.
+  EXPECT_DOUBLE_EQ(validation::crps(2.0, {1.0, 3.0}, {"a", "b"}), 1.0 - 0.5);
+  // Shares 2/3 and 1/3: pairs within the first are 2 apart, across 8 and 6.
+  EXPECT_DOUBLE_EQ(validation::crps(2.0, {1.0, 9.0, 3.0, NAN}, {"a", "b", "a", "b"}),
+                   3.0 - (4.0 / 9.0 * 2.0 + 2.0 * 2.0 / 9.0 * 7.0) / 2.0);
   // Uniform on [0, 1] at r: r^2 - r + 1/3.
   std::vector<double> uniform;
   for (int i = 0; i < 4000; ++i) uniform.push_back((i + 0.5) / 4000.0);

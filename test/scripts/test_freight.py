@@ -18,7 +18,7 @@ import fit_freight
 import fit_release
 import score_freight
 from derail_freight import competitors, release
-from derail_freight.fit import Ensemble, fit, fit_positions, narrower_ranges, position_weights
+from derail_freight.fit import Ensemble, Mix, fit, fit_positions, narrower_ranges, position_weights
 from derail_freight.scores import Rows, crps, distribution, fair_crps, mean, pit, pit_histogram, quantile
 from derail_freight.table import FOLDS, Members, Table
 from derail_plots.errors import DataError
@@ -54,9 +54,20 @@ class ScoresTest(PlotTest):
         d = distribution([3, 1])
         self.assertEqual((quantile(d, 0.5), quantile(d, 0.51), mean(d)), (1.0, 3.0, 2.0))
         self.assertAlmostEqual(crps(d, 2), 1.0 - 0.5)  # mean distance 1, half the mean distance of two draws 0.5
-        self.assertAlmostEqual(fair_crps(d, 2), 1.0 - 1.0)  # of two different members: half of 2
+        self.assertAlmostEqual(fair_crps([1, 3], [1, 1], 'aa', 2), 1.0 - 1.0)  # of two different members: half of 2
+        self.assertAlmostEqual(fair_crps([1, 3], [1, 1], 'ab', 2), 1.0 - 0.5)  # of two strata: half the draws are of one and the same
+        self.assertAlmostEqual(fair_crps([1, 3, 9], [1, 1, 2], 'aab', 2), (0.5 * 1 + 0.5 * 7) - 0.5 * (0.25 * 2 + 2 * 0.25 * 7))
         self.assertAlmostEqual(crps(distribution([1, 5], [3, 1]), 1), 1.0 - 0.5 * 2 * 0.75 * 0.25 * 4)
-        self.assertAlmostEqual(fair_crps(distribution([4]), 7), 3.0)
+        self.assertAlmostEqual(fair_crps([4], [1], 'a', 7), 3.0)
+
+    def test_the_fair_score_does_not_depend_on_the_number_of_members(self):
+        random = np.random.default_rng(11)
+        for few, many in ((2, 40), (3, 25)):
+            means = []
+            for count in (few, many):
+                draws = np.concatenate([random.integers(1, 4, (6000, count)), random.integers(10, 40, (6000, count))], axis=1)
+                means.append(np.mean([fair_crps(d, np.ones(2 * count), ['a'] * count + ['b'] * count, 12) for d in draws]))
+            self.assertAlmostEqual(means[0], means[1], delta=0.1)
 
     def test_the_score_is_the_integral_of_the_squared_distance(self):
         values, weights = np.array([2.0, 3.0, 7.0, 11.0]), np.array([0.1, 0.4, 0.3, 0.2])
@@ -166,9 +177,24 @@ class FitTest(PlotTest):
         table = Table(rows_of(800, lambda i: 1 if (i // 2) % 10 < 3 else 20))
         members = members_of(table, {'stops': [1] * 6, 'heap': [20] * 6})
         rows = np.flatnonzero(table.group == 'broken_rail')
-        shares, parts, _ = fit([Ensemble(table, members, rows)], [np.arange(len(rows))])
+        mixes, parts, _ = fit([Ensemble(table, members, rows)], [np.arange(len(rows))])
         self.assertEqual(parts, [])
-        self.assertAlmostEqual(shares[0][1], 0.3, delta=0.03)  # ways by name: heap, stops
+        self.assertAlmostEqual(mixes[0].shares[1], 0.3, delta=0.03)  # ways by name: heap, stops
+
+    def test_shares_by_speed_are_those_that_were_put_in(self):
+        mix = Mix(np.array([0.5, 0.5]), np.array([1.0, 0.0]))
+        by_hand = [[0.5, 0.5], [2 / 3, 1 / 3], [1 / 3, 2 / 3]]
+        self.assertTrue(np.allclose(mix.at(np.log([1.0, 2.0, 0.5])), by_hand))
+        random = np.random.default_rng(7)
+        rows = rows_of(3000)
+        for row in rows:
+            heap = float(row['speed_mph']) / 25.0
+            row['cars_derailed'] = '20' if random.random() < heap / (heap + 1.0) else '1'
+        table = Table(rows)
+        members = members_of(table, {'stops': [1] * 6, 'heap': [20] * 6})
+        mixes, _, _ = fit([Ensemble(table, members, np.arange(len(rows)))], [np.arange(len(rows))])
+        self.assertAlmostEqual(mixes[0].shares[0], 0.5, delta=0.05)
+        self.assertAlmostEqual(mixes[0].exponents[0], 1.0, delta=0.2)
 
     def test_a_narrower_range_is_taken_where_it_pays(self):
         table = Table(rows_of(400, lambda i: 3))
@@ -197,29 +223,33 @@ class FitTest(PlotTest):
         members = Members(table, lines)
         self.assertEqual(members.moved.sum(), 4000)
         every = np.arange(len(table))
-        self.assertAlmostEqual(fit_positions(table, members, every), 0.3)
+        group, mix = Ensemble(table, members, every), Mix(np.ones(1), np.zeros(1))
+        self.assertAlmostEqual(fit_positions([group], [mix], [every], members), 0.3)
         weights = position_weights(members, 0.3)
         self.assertAlmostEqual(weights[members.moved].sum() / weights.sum(), 0.3)
-        group = Ensemble(table, members, every)
         group.weigh(weights)
-        self.assertAlmostEqual(group.weights([1.0])[0][1] * 5, 0.3)
+        self.assertAlmostEqual(group.weights(mix)[0][1] * 5, 0.3)
         for line in lines:
             del line['first_car_position']
-        self.assertEqual(fit_positions(table, Members(table, lines), every), 0.0)
+        self.assertEqual(fit_positions([group], [mix], [every], Members(table, lines)), 0.0)
 
     def test_shares_go_into_the_file_of_ways(self):
         path = self.path('w.yaml', 'positions_counting_locomotives: 0.5  # why\ngroups:\n  broken_rail:\n    - {name: a, share: 0.5, study: a.yaml}\n    - {name: b, share: 0.5, study: b.yaml}\n  other:\n    - {name: a, share: 1, study: a.yaml}\n')
         # Rows of a class have a way of their own, which the group does not list.
-        groups = {'broken_rail': {'ways': {'a': 0.1, 'b': 0.3, 'of_class': 0.6}}}
+        ways = {'a': (0.1, -0.5), 'b': (0.3, 0.0), 'of_class': (0.6, 0.0)}
+        groups = {'broken_rail': {'ways': {w: {'share': s, 'speed_exponent': e} for w, (s, e) in ways.items()}}}
         fit_freight.write_shares(path, groups, 0.35)
         with open(path, encoding='utf-8') as file:
             text = file.read()
         self.assertIn('positions_counting_locomotives: 0.35  # why\n', text)
-        self.assertIn('{name: a, share: 0.2500, study: a.yaml}\n    - {name: b, share: 0.7500,', text)
+        self.assertIn('{name: a, share: 0.2500, speed_exponent: -0.50, study: a.yaml}\n    - {name: b, share: 0.7500, study', text)
+        fit_freight.write_shares(path, groups, 0.35)
+        with open(path, encoding='utf-8') as file:
+            self.assertEqual(file.read(), text, 'what has been written is found again')
         self.assertIn('{name: a, share: 1, study: a.yaml}', text)
         self.assertAlmostEqual(sum(fit_freight.rounded({'a': 1 / 3, 'b': 1 / 3, 'c': 1 / 3}).values()), 1.0, places=12)
         with self.assertRaisesRegex(DataError, 'w.yaml:4: way a has no members'):
-            fit_freight.write_shares(path, {'broken_rail': {'ways': {'b': 1.0}}}, 0.35)
+            fit_freight.write_shares(path, {'broken_rail': {'ways': {'b': ways['b']}}}, 0.35)
 
 
 HEAD = 'time_s,what,car_a,car_b,where_a,where_b,closing_speed_normal_m_s\n'
@@ -318,7 +348,7 @@ class ScriptsTest(PlotTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn('held out by year', done.stdout)
         with open(os.path.join(self.out, 'fit.json'), encoding='utf-8') as file:
-            self.assertAlmostEqual(sum(json.load(file)['groups']['broken_rail']['ways'].values()), 1.0)
+            self.assertAlmostEqual(sum(w['share'] for w in json.load(file)['groups']['broken_rail']['ways'].values()), 1.0)
         self.derail('validate', self.table, '--study', ways, '--out', self.path('again'), '--every', '40')
 
     def test_models_learn_from_another_table(self):

@@ -17,11 +17,15 @@
 
 namespace train_derail::validation {
 
+/// Speed at which Way::share holds as it is [mph].
+inline constexpr double kShareSpeed = 25.0;
+
 /// A way in which a derailment begins.
 struct Way {
-  std::string name;    ///< name in tables; of a plan of one study empty
-  double share = 1.0;  ///< its share of the members of a row; the shares of a group add up to 1 [-]
-  study::Study study;  ///< base scenario, inputs that vary
+  std::string name;             ///< name in tables; of a plan of one study empty
+  double share = 1.0;           ///< its share of the members of a row at kShareSpeed; those of a group add up to 1 [-]
+  double speed_exponent = 0.0;  ///< k: the share goes with (V / kShareSpeed)^k, V the speed of the row [-]
+  study::Study study;           ///< base scenario, inputs that vary
 };
 
 /// Accidents that have a study of their own, whatever their cause: those inside of a class.
@@ -53,6 +57,8 @@ class Plan {
   std::vector<std::pair<std::string, const Way*>> class_ways() const;
   /// Ways of a group, by its name.
   const std::vector<Way>& ways_of_group(const std::string& group) const;
+  /// Shares of the ways of an accident at its speed, in their order. They add up to 1.
+  std::vector<double> shares_of(const Accident& accident) const;
   /// The way of a member of an accident, from 0. Of the members of an accident each way has its share, up to one
   /// member; which ones depends on the seed of the study and the line of the accident only.
   const Way& way_of(const Accident& accident, std::int64_t member) const;

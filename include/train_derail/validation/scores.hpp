@@ -33,7 +33,10 @@ Coverage coverage(const std::vector<double>& real, const std::vector<double>& lo
 /// |member - other member| (Gneiting and Raftery 2007). The second mean is over pairs of different members, so that the
 /// score does not depend on their number (Ferro 2014). On average it is least if the members come from the same
 /// distribution as the real counts. NaN members are left out. With one member it is the absolute error, with none NaN.
-double crps(double real, const std::vector<double>& members);
+/// `strata`: name of the distribution that each member is a draw of, such as a way in which accidents begin, each
+/// with a share of the members that is not left to chance: then only of the same one must two be different. A stratum
+/// of one member counts as if all of it were alike. Empty: all are draws of one.
+double crps(double real, const std::vector<double>& members, const std::vector<std::string>& strata = {});
 
 /// Intervals that were made wider, or narrower, so that they hold the wanted share of the real counts. In this way they
 /// also cover what the model does not know (conformal prediction, Vovk et al. 2005).
