@@ -84,7 +84,7 @@ def over_speed(table, models):
 
 def few_cars(table, models):
     """Share of events of two cars or fewer, real and predicted, by cause and speed."""
-    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 3.4)
+    figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 3.7)
     ax.plot([0.0, 100.0], [0.0, 100.0], color='black', linewidth=0.8)
     ax.fill_between([0.0, 100.0], [-10.0, 90.0], [10.0, 110.0], facecolor='0.9', edgecolor='none')
     handles = []

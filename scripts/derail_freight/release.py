@@ -46,28 +46,29 @@ class Reports:
 
 
 class Tanks:
-    """Derailed cars of runs at one speed, and how fast and where they were hit. All of them count as tank cars, of usual strength."""
+    """Cars of runs at one speed that derailed or were hit, as reports count the damaged ones, and how fast and where they were hit.
+    All of them count as tank cars, of usual strength."""
 
     def __init__(self, incidents):
         """`incidents`: text of one file of `derail run --incidents` each."""
-        cars, hit, self.speed, self.end = {}, [], [], []
+        cars, hit, speed, end = {}, [], [], []
         for run, text in enumerate(incidents):
             rows = list(csv.DictReader(io.StringIO(text)))
             for r in rows:
                 if r['what'] == 'derailed':
                     cars.setdefault((run, r['car_a']), len(cars))
-            for r in rows:
+        derailed = len(cars)
+        for run, text in enumerate(incidents):
+            for r in csv.DictReader(io.StringIO(text)):
                 if r['what'] != 'impact':
                     continue
                 for side in 'ab':
-                    car = cars.get((run, r[f'car_{side}']))
-                    if car is None:
-                        continue  # it stands on the rails: not counted among the derailed ones
-                    hit.append(car)
-                    self.speed.append(float(r['closing_speed_normal_m_s']))
-                    self.end.append(r[f'where_{side}'] in ENDS)
+                    hit.append(cars.setdefault((run, r[f'car_{side}']), len(cars)))
+                    speed.append(float(r['closing_speed_normal_m_s']))
+                    end.append(r[f'where_{side}'] in ENDS)
         self.cars = len(cars)
-        self.hit, self.speed, self.end = np.array(hit, int), np.array(self.speed), np.array(self.end, bool)
+        self.derailed = np.arange(self.cars) < derailed
+        self.hit, self.speed, self.end = np.array(hit, int), np.array(speed), np.array(end, bool)
 
     def share(self, fittings, threshold_speed, side_speed):
         """Expected share that releases; speeds in m/s. The law of outcome::release_probability."""
@@ -75,7 +76,7 @@ class Tanks:
             return fittings
         scale = np.where(self.end, END_TO_SIDE * side_speed, side_speed)
         hazard = np.bincount(self.hit, np.maximum(self.speed - threshold_speed, 0.0) / scale, self.cars)
-        return 1.0 - (1.0 - fittings) * float(np.exp(-hazard).mean())
+        return 1.0 - float(np.mean(np.where(self.derailed, 1.0 - fittings, 1.0) * np.exp(-hazard)))
 
 
 def simulate(derail, scenario, seeds):

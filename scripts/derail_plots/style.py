@@ -61,11 +61,13 @@ def apply():
 
 
 def series(i):
-    """Keywords of line number `i`."""
+    """Keywords of line number `i`. Once all colours have been used, markers are hollow and go with other colours."""
+    again = i // len(COLOURS)
     return {
         'color': COLOURS[i % len(COLOURS)],
-        'marker': MARKERS[i % len(MARKERS)],
+        'marker': MARKERS[(i + again) % len(MARKERS)],
         'linestyle': DASHES[i % len(DASHES)],
+        **({'markerfacecolor': 'white'} if again % 2 else {}),
     }
 
 

@@ -252,17 +252,39 @@ class FitTest(PlotTest):
             fit_freight.write_shares(path, {'broken_rail': {'ways': {'b': ways['b']}}}, 0.35)
 
 
+TANKS = """
+consist:
+  - {name: tank_car, count: 14, length: 55 ft, weight: 286 kip}
+ground: {on_track_law: rails, off_track_law: by_slip}
+contact: {law: elastic}
+coupler: {break_draft: 400 kip, break_swing: 50 deg}
+initial: {speed: 35 mph, yaw_rate: 0.1}
+release: {fittings: 0.05, threshold_speed: 1 mph, end_speed: 20 mph, side_speed: 10 mph}
+stop: {time_max: 40}
+solver: {method: semi_implicit, fixed_step: 0.002}
+"""
 HEAD = 'time_s,what,car_a,car_b,where_a,where_b,closing_speed_normal_m_s\n'
 
 
 class ReleaseTest(PlotTest):
     def test_share_by_hand(self):
-        # Car 3 is hit at its head and at its shell, car 4 not at all, car 9 stands on the rails.
+        # Car 3 is hit at its head and at its shell, car 4 not at all, car 9 stands on the rails and is hit at its head.
         tanks = release.Tanks([HEAD + '0,derailed,3,,front_truck,,\n1,derailed,4,,front_truck,,\n2,impact,3,9,rear,front,6\n3,impact,3,9,left,rear,4\n'])
-        self.assertEqual(tanks.cars, 2)
-        of_hit = 1 - 0.9 * np.exp(-(6 - 1) / 20 - (4 - 1) / 10)
-        self.assertAlmostEqual(tanks.share(0.1, 1.0, 10.0), (of_hit + 0.1) / 2)
+        self.assertEqual(tanks.cars, 3)
+        of_hit, standing = 1 - 0.9 * np.exp(-(6 - 1) / 20 - (4 - 1) / 10), 1 - np.exp(-(6 - 1 + 4 - 1) / 20)
+        self.assertAlmostEqual(tanks.share(0.1, 1.0, 10.0), (of_hit + 0.1 + standing) / 3)
         self.assertEqual(release.Tanks([HEAD]).share(0.1, 1.0, 10.0), 0.1)
+
+    def test_the_law_is_that_of_the_program(self):
+        incidents, outcome = self.path('tanks.csv'), self.path('tanks.json')
+        self.derail('run', self.path('tanks.yaml', TANKS), '--incidents', incidents, '--json', outcome)
+        with open(incidents, encoding='utf-8') as file:
+            tanks = release.Tanks([file.read()])
+        with open(outcome, encoding='utf-8') as file:
+            expected = json.load(file)['cars_released_expected']
+        self.assertGreater(len(tanks.hit), 5)
+        self.assertLess(tanks.derailed.sum(), tanks.cars, 'some stand and are hit')
+        self.assertAlmostEqual(tanks.cars * tanks.share(0.05, release.MPH, 10.0 * release.MPH), expected, places=4)
 
     def test_the_law_that_made_the_reports_is_found(self):
         random = np.random.default_rng(5)

@@ -366,8 +366,8 @@ struct OutcomeRules {
 struct Release {
   double fittings = 0.032;          ///< probability that a derailed tank car does so by valves or fittings [-]
   double threshold_speed = 0.0;     ///< least closing speed normal [m/s]
-  double end_speed = 148.0 * kMph;  ///< scale where a head is hit [m/s]
-  double side_speed = 74.0 * kMph;  ///< scale where a shell is hit [m/s]
+  double end_speed = 144.0 * kMph;  ///< scale where a head is hit [m/s]
+  double side_speed = 72.0 * kMph;  ///< scale where a shell is hit [m/s]
 };
 
 /// When states are published and written.
