@@ -169,7 +169,14 @@ void Contacts::add(double t, double h, const CarColumns& q, const Wrenches& load
                                  vy_then_.data(), radius_.data());
   age_ += h;
   sort_out(t, q);
-  for (const std::size_t i : moving_) press_pair(t, h, pairs_[i], q, loads);
+  for (const std::size_t i : moving_) {
+    Pair& pair = pairs_[i];
+    const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+    // As far as they were apart, less what they may have come nearer since then, they need not be looked at.
+    pair.apart -= h * (std::abs(q.vx[a] - q.vx[b]) + std::abs(q.vy[a] - q.vy[b]) + radius_[a] * std::abs(q.omega[a]) +
+                       radius_[b] * std::abs(q.omega[b]));
+    if (!(pair.apart > 0.0)) press_pair(t, h, pair, q, loads);
+  }
   if (!still_.empty()) add_still(loads);
 }
 
@@ -183,10 +190,6 @@ double Contacts::leaning_force(double depth, double rate, double speed_per_force
 
 void Contacts::press_pair(double t, double h, Pair& pair, const CarColumns& q, const Wrenches& loads) {
   const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-  // As far as they were apart, less what they may have come nearer since then, they need not be looked at.
-  pair.apart -= h * (std::abs(q.vx[a] - q.vx[b]) + std::abs(q.vy[a] - q.vy[b]) + radius_[a] * std::abs(q.omega[a]) +
-                     radius_[b] * std::abs(q.omega[b]));
-  if (pair.apart > 0.0) return;
   place(a, q);
   place(b, q);
   const Manifold m = press(boxes_[a], boxes_[b]);

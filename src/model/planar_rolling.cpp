@@ -58,20 +58,34 @@ double PlanarRolling::seat(double* y, Index car, bool goes) {
   return before - kinetic(y, car);
 }
 
-void PlanarRolling::find_lateral(const double* y, Index car) {
+PlanarRolling::Bar PlanarRolling::bar(const double* y, Index i) const {
+  if (i < 0 || i + 1 >= static_cast<Index>(train_.size())) return {Vector2::Zero(), 1.0, 0.0};
   const ConstMotionMap q = motion(y, static_cast<Index>(train_.size()));
-  const Car& c = train_[at(car)];
-  const Vector2 axis(arrays_.cosine[car], arrays_.sine[car]), across(-axis.y(), axis.x());
   const auto pin = [&](Index k, double half) {
     return Vector2(q(k, X) + half * arrays_.cosine[k], q(k, Y) + half * arrays_.sine[k]);
   };
-  // Across the car, at its front or rear pin: the bar between the cars i and i + 1.
-  const auto coupler = [&](Index i) {
-    if (i < 0 || i + 1 >= static_cast<Index>(train_.size())) return 0.0;
-    const Vector2 bar = pin(i, -0.5 * train_[at(i)].length) - pin(i + 1, 0.5 * train_[at(i + 1)].length);
-    return couplers_.axial()[i] * bar.dot(across) / bar.norm();
-  };
-  const double front = -coupler(car - 1), rear = coupler(car), lever = c.length / c.truck_spacing;
+  const Vector2 along = pin(i, -0.5 * train_[at(i)].length) - pin(i + 1, 0.5 * train_[at(i + 1)].length);
+  return {along, along.norm(), couplers_.axial()[i]};
+}
+
+void PlanarRolling::find_lateral(const double* y) {
+  for (const CarRange* r = cars().ranges; r != cars().ranges + cars().count; ++r) {
+    Bar ahead = bar(y, r->from - 1);
+    for (Index k = r->from; k < r->to; ++k) {
+      const Bar behind = bar(y, k);
+      find_lateral(y, k, ahead, behind);
+      ahead = behind;
+    }
+  }
+}
+
+void PlanarRolling::find_lateral(const double* y, Index car, const Bar& ahead, const Bar& behind) {
+  const ConstMotionMap q = motion(y, static_cast<Index>(train_.size()));
+  const Car& c = train_[at(car)];
+  const Vector2 axis(arrays_.cosine[car], arrays_.sine[car]), across(-axis.y(), axis.x());
+  // Across the car, at its front and rear pins.
+  const auto pull = [&](const Bar& b) { return b.axial * b.along.dot(across) / b.length; };
+  const double front = -pull(ahead), rear = pull(behind), lever = c.length / c.truck_spacing;
   const double speed = q(car, VX) * axis.x() + q(car, VY) * axis.y();
   const auto truck = [&](double bend, double near, double far) {
     return 0.5 * c.mass * speed * speed * bend - 0.5 * ((1.0 + lever) * near + (1.0 - lever) * far);
@@ -127,7 +141,7 @@ double PlanarRolling::look(double h, double* y, Contacts* contacts) {
     for_all([&](Index k) { taken += seat(y, k, curved); });
     unseated_ = 0;
   }
-  for_all([&](Index k) { find_lateral(y, k); });
+  find_lateral(y);
   begin_look(y, contacts);
   bool changed = false;
   for (std::size_t b = 0; b < rolls_.size(); ++b) {

@@ -58,7 +58,16 @@ class PlanarRolling {
   /// Puts it onto the rails as they are where it has come to, and gives it, if it `goes` on as a body in the plane, the
   /// motion across the track and in yaw that they force upon it. Returns the energy that this takes [J].
   double seat(double* y, Index car, bool goes);
-  void find_lateral(const double* y, Index car);
+  /// The bar of coupler i, from the pin of the car behind to that of the car in front; without force at the train's
+  /// ends.
+  struct Bar {
+    Vector2 along;
+    double length, axial;  ///< m; buff positive [N]
+  };
+  Bar bar(const double* y, Index i) const;
+  /// What the rails bear sideways under all that roll, so that it can be compared with what they hold.
+  void find_lateral(const double* y);
+  void find_lateral(const double* y, Index car, const Bar& ahead, const Bar& behind);
   /// Nothing but rolling may happen to the block while L/V is at most `share` of derail_ratio.
   bool may_roll(std::size_t block, double share) const;
   void show();

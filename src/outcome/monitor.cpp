@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "outcome/loops.hpp"
@@ -46,6 +47,7 @@ Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rul
       half_width_(model.car_count()),
       half_spacing_(model.car_count()) {
   astray_.setZero(model.car_count());
+  poses_.setConstant(4, model.car_count(), std::numeric_limits<double>::quiet_NaN());
   for (auto* array : {&rearmost_, &foremost_, &half_breadth_}) array->resize(model.car_count());
   for (auto* array : {&pins_squared_, &centres_squared_}) array->resize(model.coupler_count());
   for (Eigen::Index k = 0; k < model.car_count(); ++k) {
@@ -175,6 +177,10 @@ void Monitor::sample(double t, const double* y) {
   } else {
     const model::PlanColumns q = model_.plan(y);
     for (Eigen::Index k = 0; k < n; ++k) {
+      // Where a track bends, places cost: a car that lies where it lay has been looked at.
+      const Eigen::Array4d pose(q.x[k], q.y[k], cosine_[k], sine_[k]);
+      if ((pose == poses_.col(k)).all()) continue;
+      poses_.col(k) = pose;
       const model::CarMotion car = motion(q, k);
       for (const double arm : {half_spacing_[k], -half_spacing_[k]}) {
         astray_[k] = std::max(astray_[k], std::abs(model_.track_place(k, car.point(arm).position).offset));

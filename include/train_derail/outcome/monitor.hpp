@@ -97,7 +97,8 @@ class Monitor {
   ArrayX highest_, highest_time_, lowest_, lowest_time_;
   std::size_t broken_seen_ = 0;  // of the model's own record
   ArrayX half_length_, half_width_, half_spacing_;
-  ArrayX astray_;  // farthest that either truck of a car has been from the centre line in any sample [m]
+  Eigen::Array4Xd poses_;  // of all cars in the last sample, for curved track
+  ArrayX astray_;          // farthest that either truck of a car has been from the centre line in any sample [m]
   ArrayX cosine_, sine_, rearmost_, foremost_, half_breadth_;  // headings and extents of the cars in the last sample
   ArrayX pins_squared_, centres_squared_;  // relative speeds of neighbours, squared, in the last sample [m^2/s^2]
   std::vector<Eigen::Index> by_x_;         // cars in the order of their rearmost reach
