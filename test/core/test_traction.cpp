@@ -109,6 +109,14 @@ TEST(Traction, EndsWhenTheEmergencySignalComes) {
   EXPECT_NEAR(speed_of(train, s), 6.0 - 20.0 * (0.006 + kResistance) * kStandardGravity, 0.02);
 }
 
+TEST(Traction, ADerailedLocomotivePullsNoMore) {
+  inputs::Scenario s = held(0.006, kResistance);
+  s.initial.cars_ahead = 0;
+  Train train(s);
+  train.to(20.0);
+  EXPECT_NEAR(speed_of(train, s), 6.0 - 20.0 * (0.006 + kResistance) * kStandardGravity, 0.02);
+}
+
 TEST(Traction, NeedsALocomotive) {
   inputs::Scenario s = held(0.006, kResistance);
   s.consist[0].name = "car";
