@@ -1,6 +1,7 @@
 """Tables of CSV as dicts of arrays, and as frames where pandas is there."""
 
 import csv
+import importlib
 import io
 from typing import Any, Dict, List
 
@@ -34,7 +35,8 @@ def arrays(text: str, kinds: Dict[str, type]) -> Arrays:
 def frame(columns: Arrays) -> Any:
     """The columns as a pandas.DataFrame, or as they are where pandas is not installed."""
     try:
-        import pandas  # type: ignore[import]
+        # By its name: it has no type hints, for which releases of mypy have different words.
+        pandas: Any = importlib.import_module('pandas')
     except ImportError:
         return columns
     return pandas.DataFrame(columns)
