@@ -107,13 +107,18 @@ class Table:
     def __init__(self, path):
         self._file = open(path, 'w', encoding='utf-8', newline='', buffering=1)
         self._writer = csv.writer(self._file, lineterminator='\n')
-        self._writer.writerow(COLUMNS)
+        self.append(COLUMNS)
 
     def append(self, values):
-        self._writer.writerow(values)
+        try:
+            self._writer.writerow(values)
+        except OSError:
+            self._file.buffer.raw.close()  # else Python tries once more when it forgets the file, and complains
+            raise
 
     def close(self):
-        self._file.flush()
+        if self._file.closed:
+            return
         try:
             os.fsync(self._file.fileno())
         except OSError:

@@ -3,6 +3,7 @@
 import ctypes
 import os
 import pwd
+import re
 import shutil
 import signal
 import socket
@@ -154,6 +155,13 @@ class Cluster:
         lines.append('PartitionName=all Nodes=ALL Default=YES State=UP')
         with open(os.path.join(self.folder, 'slurm.conf'), 'w', encoding='utf-8') as f:
             f.write('\n'.join(lines) + '\n')
+        if self._version() >= 23:  # these want control groups mounted, unless they are told to do without; older ones know no such word
+            with open(os.path.join(self.folder, 'cgroup.conf'), 'w', encoding='utf-8') as f:
+                f.write('CgroupPlugin=disabled\n')
+
+    def _version(self):
+        """The first number of Slurm's own version: its year."""
+        return int(re.search(r'(\d+)\.', self._ask('slurmd', '-V')).group(1))
 
     def _start(self, name, command):
         self.daemons[name] = Daemon(command, os.path.join(self.folder, 'log', name), self.environment)
