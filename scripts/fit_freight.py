@@ -47,22 +47,23 @@ def describe(group, mix):
 def fit_all(table, members, keys):
     """Result of the fit, and the predictions of all rows: from all rows, and held out."""
     folds = table.folds()
-    positions = {}
     names = sorted(set(table.group))
     rows = [np.flatnonzero(table.group == name) for name in names]
     groups = [Ensemble(table, members, r) for r in rows]
     tried = narrower_ranges(members, keys)
 
     def fit_of(fold):
-        """The ways first, with the positions as they were simulated, then these, then the ways again."""
+        """(share of positions, mixes, narrower ranges): the ways first, with the positions as they were simulated, then these, then the ways
+        again."""
         wanted = [np.flatnonzero(folds[r] != fold) for r in rows]
         for g in groups:
             g.weigh(np.ones(len(members.row)))
         mixes, _, _ = fit(groups, wanted)
-        positions[fold] = fit_positions(groups, mixes, wanted, members)
+        share = fit_positions(groups, mixes, wanted, members)
         for g in groups:
-            g.weigh(position_weights(members, positions[fold]))
-        return fit(groups, wanted, tried)
+            g.weigh(position_weights(members, share))
+        mixes, parts, _ = fit(groups, wanted, tried)
+        return share, mixes, parts
 
     def predict(mixes, parts, wanted, into):
         for g, m, r in zip(groups, mixes, rows):
@@ -71,24 +72,23 @@ def fit_all(table, members, keys):
 
     fitted, unseen, without = [None] * len(table), [None] * len(table), {}
     for fold in sorted(set(folds)):
-        mixes, parts, _ = fit_of(fold)
-        without[fold] = (mixes, parts)
+        without[fold] = _, mixes, parts = fit_of(fold)
         predict(mixes, parts, folds == fold, unseen)
-    mixes, parts, _ = fit_of(None)
+    share, mixes, parts = fit_of(None)
     predict(mixes, parts, np.ones(len(table), bool), fitted)
     found = {
         name: {
             'rows': len(r),
             'ways': {w: {'share': float(s), 'speed_exponent': float(e)} for w, s, e in zip(g.ways, m.shares, m.exponents)},
             'text': describe(g, m),
-            'without': {years_of(f): describe(g, of_all[i]) for f, (of_all, _) in without.items()},
+            'without': {years_of(f): describe(g, of_all[i]) for f, (_, of_all, _) in without.items()},
         }
         for i, (name, g, m, r) in enumerate(zip(names, groups, mixes, rows))
     }
-    ranges = {'all rows': parts, **{years_of(f): p for f, (_, p) in without.items()}}
+    ranges = {'all rows': parts, **{years_of(f): p for f, (_, _, p) in without.items()}}
     ranges = {name: [str(n) for n in p] for name, p in ranges.items()}
-    shares = {'all rows' if f is None else years_of(f): share for f, share in positions.items()}
-    return found, ranges, shares, fitted, unseen
+    positions = {'all rows': share, **{years_of(f): s for f, (s, _, _) in without.items()}}
+    return found, ranges, positions, fitted, unseen
 
 
 def years_of(fold):

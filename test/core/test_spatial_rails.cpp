@@ -8,27 +8,22 @@
 #include "train_derail/model/track.hpp"
 #include "train_derail/model/track_profile.hpp"
 
-namespace train_derail {
+namespace train_derail::test {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using model::SpatialMotion;
-using test::at;
-using test::height_of;
-using test::spatial;
-using test::turned;
-using Train = test::SpatialTrain;
-using test::kGravity;
+using Train = SpatialTrain;
 
 TEST(OnTheRails, AStraightTrainRollsAndNothingHappens) {
-  inputs::Scenario s = test::accident(8);
+  inputs::Scenario s = accident(8);
   s.model = inputs::Model::spatial;
   s.brakes.force = s.brakes.rolling_resistance = 0.0;
   s.initial.perturbation = {};
   std::vector<SpatialMotion> cars;
   for (int k = 0; k < 8; ++k)
-    cars.push_back(at({-300.0 - k * test::kPitch, 0.0, height_of(s)}, Matrix3d::Identity(), {15.0, 0.0, 0.0}));
+    cars.push_back(at({-300.0 - k * kPitch, 0.0, height_of(s)}, Matrix3d::Identity(), {15.0, 0.0, 0.0}));
   Train train(s, cars);
   const double energy = train.energy().total();
   train.to(10.0);
@@ -241,9 +236,9 @@ TEST(OnTheRails, RockingOfALoadedCar) {
   });
   ASSERT_GE(zeros.size(), 3U);
   const double period = (zeros.back() - zeros.front()) / static_cast<double>(zeros.size() - 1);
-  EXPECT_NEAR(period * rate / (2.0 * test::kPi), 1.0, 0.01);
+  EXPECT_NEAR(period * rate / (2.0 * kPi), 1.0, 0.01);
   EXPECT_NEAR(1.0 / period, 0.55, 0.15);  // Hz
 }
 
 }  // namespace
-}  // namespace train_derail
+}  // namespace train_derail::test

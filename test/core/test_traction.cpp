@@ -100,29 +100,29 @@ TEST(Traction, StallsWhereTheResistanceIsMoreThanAdhesionHolds) {
   EXPECT_LT(speed_of(stalls, s), 0.01);
 }
 
+/// Nothing pulls from the time `from` on [s]: for 20 s it coasts uphill.
+void coasts_from(double from, const inputs::Scenario& s) {
+  Train train(s);
+  train.to(from + 20.0);
+  EXPECT_NEAR(speed_of(train, s), 6.0 - 20.0 * (0.006 + kResistance) * kStandardGravity, 0.02);
+}
+
 TEST(Traction, EndsWhenTheEmergencySignalComes) {
   inputs::Scenario s = held(0.006, kResistance);
   s.brakes.emergency_time = 10.0;
-  Train train(s);
-  train.to(30.0);
-  // It coasts uphill for 20 s.
-  EXPECT_NEAR(speed_of(train, s), 6.0 - 20.0 * (0.006 + kResistance) * kStandardGravity, 0.02);
+  coasts_from(10.0, s);
 }
 
 TEST(Traction, ADerailedLocomotivePullsNoMore) {
   inputs::Scenario s = held(0.006, kResistance);
   s.initial.cars_ahead = 0;
-  Train train(s);
-  train.to(20.0);
-  EXPECT_NEAR(speed_of(train, s), 6.0 - 20.0 * (0.006 + kResistance) * kStandardGravity, 0.02);
+  coasts_from(0.0, s);
 }
 
 TEST(Traction, NeedsALocomotive) {
   inputs::Scenario s = held(0.006, kResistance);
   s.consist[0].name = "car";
-  Train train(s);
-  train.to(20.0);
-  EXPECT_NEAR(speed_of(train, s), 6.0 - 20.0 * (0.006 + kResistance) * kStandardGravity, 0.02);
+  coasts_from(0.0, s);
 }
 
 TEST(Traction, IsRefusedByTheSpatialModel) {
