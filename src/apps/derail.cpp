@@ -305,16 +305,15 @@ int run(const RunArguments& a) {
 /// Returns the page docs/outcomes.md.
 std::string describe_fields() {
   return "# What comes out\n\n"
-         "Written by `derail fields`. A thing has the same name everywhere: JSON, CSV, studies, topics, panel, "
-         "Python.\n"
+         "Written by `derail fields`. A thing has the same name everywhere: JSON, CSV, studies, topics,\n"
+         "panel, Python.\n"
          "Cars and couplers count from 1; 0 means none. Coupler i joins cars i (lead) and i + 1 (trail).\n\n"
          "## Outcome\n\n"
          "`derail run --json`, `~outcome` (without `wall_time`), tables, journals of studies.\n\n" +
          fields::reference(outcome::outcome_fields()) +
          "\n## Cars over time\n\n"
-         "`derail run --csv`: one row for each car and time, after `time_s` and `car`; units are in the names of the "
-         "columns\n"
-         "(`x_m`). `~cars` has place and orientation as `pose`, velocities as `twist`.\n\n" +
+         "`derail run --csv`: one row for each car and time, after `time_s` and `car`; units are in the names\n"
+         "of the columns (`x_m`). `~cars` has place and orientation as `pose`, velocities as `twist`.\n\n" +
          fields::reference(simulation::car_fields()) +
          "\n## Couplers over time\n\n"
          "In the same row of the CSV, of the coupler behind the car; empty for the last car. `~couplers`.\n\n" +

@@ -480,12 +480,14 @@ std::string describe_train_lists(const CarTypes& types) {
                                    : "weight",
                        fmt::join(c.also, ", "), c.meaning);
   }
-  out += fmt::format("\nUnits of length: {}. Units of weight: {}", unit_list("m"), unit_list("N"));
+  out += fmt::format("\n| units of | words |\n|---|---|\n| length | {} |\n| weight | {} |\n", unit_list("m"),
+                     unit_list("N"));
+  out += "\n| word | means |\n|---|---|\n";
   for (const UnitWord& u : kUnits) {
-    if (*u.meaning != '\0') out += fmt::format("; {}: {}", u.word, u.meaning);
+    if (*u.meaning != '\0') out += fmt::format("| {} | {} |\n", u.word, u.meaning);
   }
   out +=
-      ".\n\n| kind | AAR codes | other words | length, ft | empty, kip | loaded, kip | block |\n"
+      "\n| kind | AAR codes | other words | length, ft | empty, kip | loaded, kip | block |\n"
       "|---|---|---|---|---|---|---|\n";
   for (const CarType& t : types.types) {
     out += fmt::format("| {} | {} | {} | {:.6g} | {:.6g} | {:.6g} | {} |\n", t.name, fmt::join(t.codes, " "),
