@@ -23,7 +23,7 @@ sys.path.insert(
 
 from derail_freight import competitors, pictures  # noqa: E402
 from derail_freight.scores import Rows, distribution, fair_crps  # noqa: E402
-from derail_freight.table import read_members, read_table, with_reports  # noqa: E402
+from derail_freight.table import members_by_row, read_members, read_table, with_reports  # noqa: E402
 from derail_plots import style  # noqa: E402
 from derail_plots.errors import DataError  # noqa: E402
 
@@ -32,9 +32,7 @@ SIMULATION = 'simulation'
 
 def of_simulation(table, members):
     """Distributions of its members; its interval runs between two of them, as derail validate has it."""
-    of_row = [np.flatnonzero(members.row == i) for i in range(len(table))]
-    if min(len(m) for m in of_row) == 0:
-        raise DataError(f'{table.path}: a row has no members that did not fail')
+    of_row = members_by_row(table, members)
     scores = [fair_crps(members.cars[m], np.ones(len(m)), members.way[m], y) for m, y in zip(of_row, table.real)]
     rows = Rows(table.real, [distribution(members.cars[m]) for m in of_row], scores)
     rows.low, rows.high = table['predicted_low'], table['predicted_high']

@@ -187,3 +187,11 @@ def read_members(folder, table):
         raise DataError(f'{path}: {e.strerror}; `derail validate` writes it') from None
     except (KeyError, ValueError) as e:
         raise DataError(f'{path}: {e}: not a table of `derail validate`, or a number is missing') from None
+
+
+def members_by_row(table, members):
+    """Of each row of the table the numbers of its members. Throws DataError if a row has none."""
+    of_row = [np.flatnonzero(members.row == i) for i in range(len(table))]
+    if min(len(m) for m in of_row) == 0:
+        raise DataError(f'{table.path}: a row has no members that did not fail')
+    return of_row

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""score_freight.py, fit_freight.py, fit_release.py: scores worked out by hand, folds that never leak, a fit that finds what it was given, and both
-scripts on real, short ensembles.
+"""score_freight.py, fit_freight.py, limits_freight.py, fit_release.py: scores worked out by hand, folds that never leak, a fit that finds what it was
+given, limits that are known, and the scripts on real, short ensembles.
 
   test_freight.py path/to/derail
 """
@@ -11,13 +11,15 @@ import os
 import unittest.mock
 
 import numpy as np
+from scipy.stats import norm
 
 from plot_testing import PlotTest, RAILS, refusal, run_tests, script
 
 import fit_freight
 import fit_release
+import limits_freight
 import score_freight
-from derail_freight import competitors, release
+from derail_freight import competitors, limits, release
 from derail_freight.fit import Ensemble, Mix, fit, fit_positions, narrower_ranges, position_weights
 from derail_freight.scores import Rows, crps, distribution, fair_crps, mean, pit, pit_histogram, quantile
 from derail_freight.table import FOLDS, Members, Table
@@ -266,6 +268,51 @@ solver: {method: semi_implicit, fixed_step: 0.002}
 HEAD = 'time_s,what,car_a,car_b,where_a,where_b,closing_speed_normal_m_s\n'
 
 
+class LimitsTest(PlotTest):
+    def test_by_hand(self):
+        d = distribution([1, 2, 4, 9], [1, 2, 2, 3])
+        self.assertAlmostEqual(limits.small(d), 3 / 8)
+        self.assertEqual(limits.told(d, 2)[0].tolist(), [1, 2])
+        self.assertEqual(limits.told(d, 3)[0].tolist(), [4, 9])
+        np.testing.assert_allclose(limits.told(d, 3)[1], [2 / 5, 3 / 5])
+        self.assertEqual(limits.told(distribution([1, 2]), 7)[0].tolist(), [1, 2], 'nothing of that kind: all that there is')
+        self.assertAlmostEqual(limits.own_error(d), (3 + 2 * 2 + 3 * 5) / 8)
+        values, weights = limits.mixture(d, distribution([3]))
+        self.assertEqual(dict(zip(values, weights)), {1: 1 / 16, 2: 1 / 8, 3: 1 / 2, 4: 1 / 8, 9: 3 / 16})
+
+    def test_r2_of_members_without_end(self):
+        random = np.random.default_rng(3)
+        middle = random.uniform(10, 30, 4000)
+        real = middle + random.normal(0, 4, 4000)
+        few, many = ([distribution(random.normal(m, 6, count)) for m in middle] for count in (5, 400))
+        self.assertLess(Rows(real, few).scores()['r2'], Rows(real, many).scores()['r2'] - 0.1)
+        self.assertAlmostEqual(limits.r2_of_many(real, few), Rows(real, many).scores()['r2'], delta=0.02)
+
+    def test_a_forest_takes_what_predictions_tell(self):
+        rows = rows_of(300, lambda i: 1 + (i * 7919) % 40)
+        table = Table(rows)
+        known = limits.study(table, [distribution([y, y + 1, y + 2]) for y in table.real])
+        self.assertAlmostEqual(known['simulation'].scores()['mae'], 1.0)
+        alone, with_it = known['forest by folds'].scores(), known['forest that also knows the simulation, by folds'].scores()
+        self.assertGreater(alone['mae'], 5.0)
+        self.assertLess(with_it['mae'], 3.0)
+        self.assertLess(known['half simulation, half forest'].scores()['mae'], alone['mae'])
+        self.assertGreater(alone['mae'], known['forest that is told it, by folds'].scores()['mae'])
+
+    def test_shares_that_are_right_are_beyond_the_bound_by_chance_only(self):
+        random = np.random.default_rng(5)
+        table = Table(rows_of(600))
+        groups = limits.groups_of_cause_and_speed(table)
+        self.assertTrue(all(k.sum() >= limits.LEAST_ROWS for k in groups))
+        shares = np.full(600, 0.5)
+        mean_beyond, at_most = limits.groups_beyond_by_chance(groups, shares, random)
+        chance = [2 * norm.sf((limits.BOUND * n + 0.5) / np.sqrt(n / 4)) for n in (k.sum() for k in groups)]  # normal, by half a row
+        self.assertAlmostEqual(mean_beyond, sum(chance), delta=0.15 * len(groups))
+        self.assertGreater(limits.groups_beyond(groups, shares, np.ones(600, bool)), at_most)
+        for small, beyond in ((11, 0), (13, 1), (9, 0), (7, 1)):
+            self.assertEqual(limits.groups_beyond([np.ones(20, bool)], np.full(20, 0.5), np.arange(20) < small), beyond)
+
+
 class ReleaseTest(PlotTest):
     def test_share_by_hand(self):
         # Car 3 is hit at its head and at its shell, car 4 not at all, car 9 stands on the rails and is hit at its head.
@@ -373,6 +420,15 @@ class ScriptsTest(PlotTest):
             self.assertAlmostEqual(sum(w['share'] for w in json.load(file)['groups']['broken_rail']['ways'].values()), 1.0)
         self.derail('validate', self.table, '--study', ways, '--out', self.path('again'), '--every', '40')
 
+    def test_limits(self):
+        done = script('limits_freight.py', self.out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        plain = script('score_freight.py', self.out, '--no-in-sample').stdout
+        forest = [line.split('|', 2)[2] for line in plain.split('\n') if line.startswith('| quantile forest, by folds |')][0]
+        self.assertIn('| forest by folds |' + forest, done.stdout)
+        self.assertIn('| half simulation, half forest | 80 |', done.stdout)
+        self.assertIn('R2 of the mean of members without end', done.stdout)
+
     def test_models_learn_from_another_table(self):
         done = script('score_freight.py', self.out, '--no-in-sample', '--learn', self.table, self.path('causes.yaml'))
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -404,7 +460,7 @@ class ScriptsTest(PlotTest):
         self.assertIn('nowhere.yaml', said)
 
     def test_what_is_not_there_is_told(self):
-        for main in (score_freight.main, fit_freight.main):
+        for main in (score_freight.main, fit_freight.main, limits_freight.main):
             code, said = refusal(main, self.path('nowhere'))
             self.assertEqual(code, 2)
             self.assertIn('rows.csv', said)
