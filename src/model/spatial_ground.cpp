@@ -4,6 +4,13 @@ namespace train_derail::model {
 
 using Eigen::Vector3d;
 
+namespace {
+
+Three<double> three(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Vector3d vector(const Three<double>& v) { return {v.x, v.y, v.z}; }
+
+}  // namespace
+
 SpatialGround::SpatialGround(SpatialCars& cars, const SpatialBed& bed) : cars_(cars), bed_(bed) {
   sheared_.assign(kPoints * cars.n, Vector3d::Zero());
   sheared_next_ = sheared_;
@@ -23,30 +30,47 @@ void SpatialGround::press_near(std::size_t car, double s) {
   above_[car] = lowest - highest;
   if (lowest > highest) {
     if (lies_[car])
-      std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(kPoints * car + kWheels), kBody,
-                  Vector3d::Zero());
+      std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(kPoints * car), kPoints, Vector3d::Zero());
     return;
   }
   const SpatialMotion& q = cars_.at(car);
   OnGround sum;
   if (b.cylinder) press_shell(sum, q, car, s);
   else press_edges(sum, q, car, s, highest);
-  lie(car, BODY_GROUND, sum);
+  lie(car, sum);
 }
 
 double SpatialGround::press_body_point(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t point,
                                        const Vector3d& place, const Vector3d& up, double depth, double s) {
   const inputs::Terrain& terrain = cars_.scenario.terrain;
-  const double patch = bed_.patch_factor(place, s);
-  return press_on(sum, q, car, point, place, up, terrain.body_stiffness * depth, cars_.bodies[car].ground_damping,
-                  [&](const Vector3d&) { return terrain.body_friction * patch; });
+  const double damping = cars_.bodies[car].ground_damping, mu = terrain.body_friction * bed_.patch_factor(place, s);
+  const Vector3d arm = place - q.centre;
+  const GroundPoint<double> p{three(up),
+                              bed_.level() ? 1.0 : 1.0 / up.norm(),
+                              three(q.velocity + q.rotation.cross(arm)),
+                              three(sheared_[point]),
+                              terrain.body_stiffness * depth,
+                              damping,
+                              damping};
+  const GroundPush<double> found =
+      push_of_ground(p, terrain.body_stiffness, cars_.step, [&](const Three<double>&) { return mu; });
+  const Vector3d turning = arm.cross(up), rub = vector(found.rub), rub_turning = arm.cross(rub);
+  sheared_next_[point] = vector(found.strain);
+  sum.any = true;
+  sum.all.force += found.push * up + rub;
+  sum.all.torque += found.push * turning + rub_turning;
+  sum.damping.force += (found.push - p.spring) * up;
+  sum.damping.torque += (found.push - p.spring) * turning;
+  sum.friction.force += rub;
+  sum.friction.torque += rub_turning;
+  return found.carried;
 }
 
 void SpatialGround::press_edges(OnGround& sum, const SpatialMotion& q, std::size_t car, double s, double highest) {
   const Body& b = cars_.bodies[car];
   const Vector3d rise = q.axes.row(2);
   for (std::size_t i = 0; i < kCorners; ++i) {
-    const std::size_t point = kPoints * car + kWheels + i;
+    const std::size_t point = kPoints * car + i;
     const Vector3d own = corner_of(b, i);
     if (q.centre.z() + rise.dot(own) < highest) {
       const Vector3d place = q.point(own);
@@ -96,10 +120,10 @@ void SpatialGround::resist_rolling(OnGround& sum, const SpatialMotion& q, std::s
   sum.friction.torque += torque;
 }
 
-void SpatialGround::lie(std::size_t car, Account damping, const OnGround& sum) {
+void SpatialGround::lie(std::size_t car, const OnGround& sum) {
   if (!sum.any) return;
   cars_.add(car, sum.all.force, sum.all.torque);
-  cars_.accounts[car].add(damping, sum.damping.force, sum.damping.torque);
+  cars_.accounts[car].add(BODY_GROUND, sum.damping.force, sum.damping.torque);
   cars_.accounts[car].add(OFF_TRACK, sum.friction.force, sum.friction.torque);
   lies_[car] = true;
 }

@@ -1,5 +1,5 @@
 /// \file
-/// Points of cars that press on the ground in the spatial model: sides of trucks off the rails, edges of bodies.
+/// Points of bodies that press on the ground in the spatial model: edges of boxes, shells of cylinders.
 #pragma once
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "model/ground_point.hpp"
 #include "model/spatial_cars.hpp"
 #include "train_derail/files/archive.hpp"
 #include "train_derail/model/spatial_bed.hpp"
@@ -23,10 +24,8 @@ struct OnGround {
 
 class SpatialGround {
  public:
-  /// Points of a car: four sides of trucks, then those of the body: of a box at its edges, of a cylinder what three
-  /// balls touch.
-  static constexpr std::size_t kWheels = 4, kCorners = 12, kBalls = 3, kBallPoints = 5,
-                               kBody = kBalls * kBallPoints + 1, kPoints = kWheels + kBody;
+  /// Points of a car: of a box at its edges, of a cylinder what three balls touch.
+  static constexpr std::size_t kCorners = 12, kBalls = 3, kBallPoints = 5, kPoints = kBalls * kBallPoints + 1;
 
   SpatialGround(SpatialCars& cars, const SpatialBed& bed);
 
@@ -39,24 +38,6 @@ class SpatialGround {
     if (!(above_[car] > 0.0)) press_near(car, s);
   }
 
-  /// Adds the forces on a wheel of a car, `spring` [N/m] at first pressed by `sag` more than its height tells, to a
-  /// sum; returns the normal force. mu: friction coefficient for a force of friction.
-  template <class Friction>
-  double press_wheel(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t wheel,
-                     const Eigen::Vector3d& place, double s, const Friction& mu) {
-    const Body& b = cars_.bodies[car];
-    const std::size_t point = kPoints * car + wheel;
-    const Under under = ground_under(point, place, s);
-    const double depth = b.sag - (place.z() - under.z);
-    if (depth <= 0.0) {
-      sheared_next_[point].setZero();
-      return 0.0;
-    }
-    return press_on(sum, q, car, point, place, under.up, b.spring * depth, b.spring_damping, mu);
-  }
-  /// Puts forces on a car, their damping into an account.
-  void lie(std::size_t car, Account damping, const OnGround& sum);
-
   /// What friction with the ground has strained becomes the past.
   void keep_strain();
 
@@ -67,6 +48,7 @@ class SpatialGround {
 
  private:
   void press_near(std::size_t car, double s);
+  void lie(std::size_t car, const OnGround& sum);
   Under ground_under(std::size_t point, const Eigen::Vector3d& p, double s) {
     return bed_.ground(p, s, 2.0 * cars_.bodies[point / kPoints].radius, feet_[point]);
   }
@@ -82,7 +64,7 @@ class SpatialGround {
   }
   /// What a ball touches at the same time has points of its own: numbers that differ by less than kBallPoints.
   static std::size_t ball_point(std::size_t car, std::size_t ball, std::size_t number) {
-    return kPoints * car + kWheels + kBallPoints * ball + number % kBallPoints;
+    return kPoints * car + kBallPoints * ball + number % kBallPoints;
   }
   /// The last of a car's points keeps the strain of rolling, as x.
   static std::size_t rolling_point(std::size_t car) { return ball_point(car, kBalls, 0); }
@@ -93,51 +75,12 @@ class SpatialGround {
     return b.box_centre + sign.cwiseProduct(b.box_half);
   }
 
-  /// Adds the forces on a point of a car on the ground, where `spring` is its springs' part along `up`, and `damping`
-  /// [N s/m]; returns the normal force.
-  template <class Friction>
-  double press_on(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t point,
-                  const Eigen::Vector3d& place, const Eigen::Vector3d& up, double spring, double damping,
-                  const Friction& mu) {
-    using Eigen::Vector3d;
-    const Vector3d arm = place - q.centre, v = q.velocity + q.rotation.cross(arm), turning = arm.cross(up);
-    const double up_square = bed_.level() ? 1.0 : up.squaredNorm(), up_rate = v.dot(up);
-    const double total = std::max(spring - damping * up_rate, 0.0), carried = total * std::sqrt(up_square);
-    const Vector3d slip = v - up_rate / up_square * up;
-    const Vector3d rub = hold(car, point, up, up_square, slip, carried, mu), rub_turning = arm.cross(rub);
-    sum.any = true;
-    sum.all.force += total * up + rub;
-    sum.all.torque += total * turning + rub_turning;
-    sum.damping.force += (total - spring) * up;
-    sum.damping.torque += (total - spring) * turning;
-    sum.friction.force += rub;
-    sum.friction.torque += rub_turning;
-    return carried;
-  }
-
-  /// Friction of a point on the ground, at most mu(force) times the load: the ground is strained until it gives way. A
-  /// force that grew with the speed instead would let cars creep down a bank.
-  template <class Friction>
-  Eigen::Vector3d hold(std::size_t car, std::size_t point, const Eigen::Vector3d& up, double up_square,
-                       const Eigen::Vector3d& slip, double carried, const Friction& mu) {
-    const double stiffness = cars_.scenario.terrain.body_stiffness;
-    Eigen::Vector3d strain = sheared_[point] - sheared_[point].dot(up) / up_square * up + cars_.step * slip;
-    Eigen::Vector3d rub = -stiffness * strain - cars_.bodies[car].ground_damping * slip;
-    const double square = rub.squaredNorm(), limit = mu(rub) * carried;
-    if (square > limit * limit) {
-      rub *= limit / std::sqrt(square);
-      strain = rub * (-1.0 / stiffness);
-    }
-    sheared_next_[point] = strain;
-    return rub;
-  }
-
   SpatialCars& cars_;
   const SpatialBed& bed_;
   // How far friction with the ground has strained it, kPoints a car [m]; the next values belong to the forces found.
   std::vector<Eigen::Vector3d> sheared_, sheared_next_;
   std::vector<double> feet_;   // arc lengths at which these points were last [m]
-  std::vector<bool> lies_;     // anything of the car is on the ground
+  std::vector<bool> lies_;     // anything of the body is on the ground
   std::vector<double> above_;  // so high at least a body is above it, as far as is known [m]
 };
 

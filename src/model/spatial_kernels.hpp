@@ -7,6 +7,7 @@
 
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/energy_ledger.hpp"
+#include "train_derail/model/terrain.hpp"
 
 namespace train_derail::model {
 
@@ -65,6 +66,19 @@ struct SpatialArrays {
   double *braked_next = nullptr, *load = nullptr, *leaning = nullptr;  ///< both sides [N]; left less right
   double *brake = nullptr, *lateral = nullptr, *damper = nullptr, *rocker = nullptr;  ///< parts of these forces [N]
 
+  // Trucks off the rails. Wheels: the right ones of all trucks, then the left ones.
+  const inputs::Ground* ground = nullptr;
+  const CrossSection* section = nullptr;  ///< of the ground if it is the same along x; else it is in `under`
+  bool level_ground = false;              ///< and that is one plane
+  const double* grounded = nullptr;       ///< 1 where a truck is off the rails and its car does not lie still, else 0
+  const double *load_held = nullptr, *leaning_held = nullptr;  ///< load and leaning of those of cars that lie, else 0
+  const double* grip = nullptr;                                ///< factor of the patch of ground under a truck
+  const double* under = nullptr;    ///< wheel: height of the ground, then x and y of the vector along which it pushes
+  const double* sheared = nullptr;  ///< strain of the ground [m]: three columns of the right wheels, three of the left
+  double* sheared_next = nullptr;
+  double *pushed_damped = nullptr, *rubbed = nullptr;  ///< car: what damping and friction of this ground do to it: six
+                                                       ///< columns, force and torque; 0 where no truck is grounded
+
   // Couplers.
   const double *alive = nullptr, *damping = nullptr;
   double *axial = nullptr, *pin_axial = nullptr, *pin_damper = nullptr;  ///< buff positive [N]; at [i]; at [i + 1]
@@ -84,9 +98,9 @@ struct SpatialKernels {
   void (*turn)(const SpatialArrays&, double* y);
   /// Forces of couplers without their stops.
   void (*couple)(const SpatialArrays&, const double* y);
-  /// Sums of weight, couplers and trucks on the rails.
+  /// Sums of weight, couplers and trucks.
   void (*forces)(const SpatialArrays&, const double* y);
-  /// Adds the work of these forces in a step from `before` to `after`.
+  /// Adds the work of these forces and of the ground under trucks in a step from `before` to `after`.
   void (*work)(const SpatialArrays&, const double* before, const double* after, double h, EnergyLedger& spent);
   /// Accelerations from the sums: six columns.
   void (*accelerate)(const SpatialArrays&, const double* y, double h, double* result);
@@ -95,6 +109,9 @@ struct SpatialKernels {
   /// swirl[k]: speed of the farthest point of a body about its centre; returns the largest speed of a centre [m/s].
   double (*swirls)(const SpatialArrays&, const double* y, const double* radius, double* swirl, double& largest);
 };
+
+/// Adds what the ground does to the trucks of one car that are grounded to its sums.
+void press_trucks_of(const SpatialArrays&, const double* y, std::ptrdiff_t car);
 
 extern const SpatialKernels kSpatialPlain, kSpatialSse2, kSpatialAvx2, kSpatialAvx512;
 

@@ -3,12 +3,15 @@
 
 #include <cmath>
 
+#include "model/ground_point.hpp"
 #include "model/rail_frame.hpp"
 #include "model/rotation.hpp"
 #include "model/spatial_kernels.hpp"
 #include "simd/blocks.hpp"
 #include "train_derail/model/draft_gear_law.hpp"
+#include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
+#include "train_derail/model/terrain.hpp"
 #include "train_derail/simd/lanes.hpp"
 
 namespace train_derail::model {
@@ -181,80 +184,235 @@ struct RailPlane {
   }
 };
 
+/// Height of the ground under wheels at (x, y), and along what it pushes.
+template <class B>
+struct Ground {
+  B z, per_length;
+  Three<B> up;
+  Ground(const SpatialArrays& a, std::ptrdiff_t wheel, const B& y) {
+    const B one(1.0);
+    if (a.level_ground) {
+      z = B(-a.section->rail_height);
+      up = {B(0.0), B(0.0), one};
+      per_length = one;
+      return;
+    }
+    if (a.section != nullptr) {
+      const GroundHeight<B> g = ground_height<B>(*a.section, y);
+      z = g.z;
+      up = {B(0.0), -g.slope, one};
+    } else {
+      const Three<B> given = Three<B>::load(a.under + wheel, 4 * a.cars);
+      z = given.x;
+      up = {given.y, given.z, one};
+    }
+    per_length = Roots<B>::inverse(up.dot(up));
+  }
+};
+
+/// Cars that are looked at side by side: how they move, and what acts on them.
+template <class B>
+struct Block {
+  Frame<B> frame;
+  Three<B> velocity, rotation, force, torque;
+};
+
+/// What takes energy from cars whose trucks stand on the ground.
+template <class B>
+struct Taken {
+  Three<B> force{B(0.0), B(0.0), B(0.0)}, torque = force;
+  void add(const Three<B>& f, const Three<B>& arm) {
+    force = force + f;
+    torque = torque + arm.cross(f);
+  }
+  void store(double* p, std::ptrdiff_t n) const {
+    force.store(p, n);
+    torque.store(p + 3 * n, n);
+  }
+  static Taken load(const double* p, std::ptrdiff_t n) {
+    Taken t;
+    t.force = Three<B>::load(p, n);
+    t.torque = Three<B>::load(p + 3 * n, n);
+    return t;
+  }
+  B power(const Three<B>& velocity, const Three<B>& rotation) const {
+    return force.dot(velocity) + torque.dot(rotation);
+  }
+};
+
+/// Friction coefficient of trucks off the rails. Which way a truck slides, or would: one that stands has no other
+/// direction than that of the force.
+template <class B>
+B truck_friction(const SpatialArrays& a, std::ptrdiff_t truck, const Three<B>& rub, const Three<B>& left) {
+  const B grip = Lanes<B>::load(a.grip + truck);
+  if (a.ground->off_track_law != inputs::OffTrackLaw::by_slip) return grip * a.ground->off_track_friction;
+  return grip * slip_friction<B>(*a.ground, rub.dot(rub), rub.dot(left), Lanes<B>::load(a.offset + truck));
+}
+
+/// Wheels of one side of trucks, `arm` from the centres of their cars.
+template <class B>
+void press_wheels(const SpatialArrays& a, const double* y, std::ptrdiff_t k, std::ptrdiff_t truck, bool left,
+                  const Three<B>& arm, Block<B>& cars, Taken<B>& damped, Taken<B>& rubbed) {
+  using L = Lanes<B>;
+  const std::ptrdiff_t n = a.cars, trucks = 2 * n;
+  const B zero(0.0);
+  const auto grounded = L::load(a.grounded + truck) > B(0.5);
+  const Ground<B> ground(a, (left ? trucks : 0) + truck, L::load(y + SY * n + k) + arm.y);
+  const B depth = L::load(a.sag + k) - (L::load(y + SZ * n + k) + arm.z - ground.z);
+  const auto pressed = grounded && depth > zero;
+  const std::ptrdiff_t strains = (left ? 3 * trucks : 0) + truck;
+  const Three<B> strain = Three<B>::load(a.sheared + strains, trucks);
+  const auto keep = [&](const B& next, const B& before) {
+    return select(pressed, next, select(grounded, zero, before));
+  };
+  if (!any(pressed)) {
+    Three<B>{keep(zero, strain.x), keep(zero, strain.y), keep(zero, strain.z)}.store(a.sheared_next + strains, trucks);
+    return;
+  }
+  const GroundPoint<B> point{ground.up,
+                             ground.per_length,
+                             cars.velocity + cars.rotation.cross(arm),
+                             strain,
+                             select(pressed, B(a.spring * depth), zero),
+                             select(pressed, L::load(a.spring_damping + k), zero),
+                             L::load(a.brake_damping + k)};
+  const GroundPush<B> found = push_of_ground(point, a.brake_stiffness, a.step, [&](const Three<B>& rub) {
+    return truck_friction<B>(a, truck, rub, cars.frame.left);
+  });
+  Three<B>{keep(found.strain.x, strain.x), keep(found.strain.y, strain.y), keep(found.strain.z, strain.z)}.store(
+      a.sheared_next + strains, trucks);
+  L::store(L::load(a.load + truck) + found.carried, a.load + truck);
+  const B leaning = L::load(a.leaning + truck);
+  L::store(left ? B(leaning + found.carried) : B(leaning - found.carried), a.leaning + truck);
+  const Three<B> all = ground.up * found.push + found.rub;
+  cars.force = cars.force + all;
+  cars.torque = cars.torque + arm.cross(all);
+  damped.add(ground.up * (found.push - point.spring), arm);
+  rubbed.add(found.rub, arm);
+}
+
+/// Trucks that stand on the ground beside the rails, of cars from k on.
+template <class B>
+void press_trucks(const SpatialArrays& a, const double* y, std::ptrdiff_t k, Block<B>& cars) {
+  using L = Lanes<B>;
+  const std::ptrdiff_t n = a.cars;
+  const bool front = any(L::load(a.grounded + k) > B(0.5)), rear = any(L::load(a.grounded + n + k) > B(0.5));
+  if (!front && !rear) return;
+  const Three<B> down = cars.frame.up * L::load(a.centre_height + k), side = cars.frame.left * B(a.half_base);
+  const Three<B> ahead = cars.frame.forward * L::load(a.half_spacing + k);
+  Taken<B> damped, rubbed;
+  for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
+    if (!(end == 0 ? front : rear)) continue;
+    const Three<B> arm = end == 0 ? ahead - down : (ahead + down) * B(-1.0);
+    press_wheels<B>(a, y, k, end + k, false, arm - side, cars, damped, rubbed);
+    press_wheels<B>(a, y, k, end + k, true, arm + side, cars, damped, rubbed);
+  }
+  damped.store(a.pushed_damped + k, n);
+  rubbed.store(a.rubbed + k, n);
+}
+
+/// The same for those whose sums are known without it.
+template <class B>
+void add_ground(const SpatialArrays& a, const double* y, std::ptrdiff_t k) {
+  const std::ptrdiff_t n = a.cars;
+  Block<B> cars{Frame<B>::load(a.axes, k, n), Three<B>::load(y + SVX * n + k, n), Three<B>::load(a.rotation + k, n),
+                Three<B>::load(a.force + k, n), Three<B>::load(a.torque + k, n)};
+  press_trucks<B>(a, y, k, cars);
+  cars.force.store(a.force + k, n);
+  cars.torque.store(a.torque + k, n);
+}
+
+/// Trucks on the rails, of cars from k on; `truck` is the first of them.
+template <class B, bool straight, bool flat>
+void guide_trucks(const SpatialArrays& a, const inputs::Rails& rails, const double* y, std::ptrdiff_t k,
+                  std::ptrdiff_t truck, const RailPlane<B, straight, flat>& plane, const Three<B>& arm,
+                  const Three<B>& side, Block<B>& cars) {
+  using L = Lanes<B>;
+  const B zero(0.0);
+  const auto positive = [&](const B& x) { return select(x > zero, x, zero); };
+  const Three<B> velocity = cars.velocity + cars.rotation.cross(arm);
+  const B rise = plane.gain(velocity), rock = plane.rock(side, cars.rotation, velocity), lean = plane.gain(side);
+  const auto on = L::load(a.on_rails + truck) > B(0.5);
+  B press = L::load(a.sag + k) - (L::load(y + SZ * a.cars + k) + arm.z);
+  if constexpr (!flat) press = press + plane.height;
+  const B right = positive(a.spring * (press + lean)), left = positive(a.spring * (press - lean));
+  const B c = L::load(a.spring_damping + k);
+  const auto damped = [&](const B& spring, const B& rate) {
+    return select(spring > zero, positive(spring - c * rate), zero);
+  };
+  const B total_right = damped(right, rise - rock), total_left = damped(left, rise + rock);
+  const B carried = select(on, B(total_right + total_left), zero);
+  const B leaning = select(on, B(total_left - total_right), zero);
+  B normal = carried, heavier = leaning;
+  if constexpr (!flat) {
+    normal = normal * plane.steepness();
+    heavier = heavier * plane.steepness();
+  }
+  L::store(L::load(a.load_held + truck) + normal, a.load + truck);
+  L::store(L::load(a.leaning_held + truck) + heavier, a.leaning + truck);
+  L::store(select(on, B(carried - (right + left)), zero), a.damper + truck);
+  L::store(select(on, B(leaning - (left - right)), zero), a.rocker + truck);
+  // Brakes hold a train that stands: what they are strained gives way at their limit.
+  const B limit = L::load(a.brake_share + k) * normal, speed = plane.along(velocity);
+  const B strain = L::load(a.braked + truck) + a.step * speed;
+  const B pull = -a.brake_stiffness * strain - L::load(a.brake_damping + k) * speed;
+  const B above = select(pull < -limit, B(-limit), pull), brake = select(above > limit, limit, above);
+  const auto slides = pull != brake;
+  L::store(select(on, select(slides, B(brake * (-1.0 / a.brake_stiffness)), strain), zero), a.braked_next + truck);
+  // At the top of the rails, sideways.
+  const B held = rail_force<B>(rails, L::load(a.rail_damping + k), L::load(a.offset + truck), plane.across(velocity));
+  const B lateral = select(on, held, zero);
+  L::store(brake, a.brake + truck);
+  L::store(lateral, a.lateral + truck);
+  const Three<B> pulled = plane.force(brake, lateral, carried, leaning);
+  cars.force = cars.force + pulled;
+  cars.torque = cars.torque + arm.cross(pulled);
+  if constexpr (flat) {
+    cars.torque.x = cars.torque.x + side.y * leaning;
+    cars.torque.y = cars.torque.y - side.x * leaning;
+  } else {
+    cars.torque = cars.torque + side.cross(plane.force(zero, zero, leaning, carried));
+  }
+}
+
+/// The same where none of them is on the rails.
+template <class B>
+void leave_trucks(const SpatialArrays& a, std::ptrdiff_t truck) {
+  using L = Lanes<B>;
+  for (double* column : {a.damper, a.rocker, a.brake, a.lateral, a.braked_next}) L::store(B(0.0), column + truck);
+  L::store(L::load(a.load_held + truck), a.load + truck);
+  L::store(L::load(a.leaning_held + truck), a.leaning + truck);
+}
+
 template <class B, bool straight, bool flat>
 [[gnu::flatten]] void forces_on(const SpatialArrays& arrays, const double* y) {
   using L = Lanes<B>;
   const SpatialArrays a = arrays;
   const inputs::Rails rails = *a.rails;
   const std::ptrdiff_t n = a.cars, m = n + 1;
-  const B zero(0.0);
-  const auto positive = [&](const B& x) { return select(x > zero, x, zero); };
   for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t) {
-    const Frame<B> f = Frame<B>::load(a.axes, k, n);
-    const Three<B> v = Three<B>::load(y + SVX * n + k, n), w = Three<B>::load(a.rotation + k, n);
-    const B height = L::load(y + SZ * n + k), weight = L::load(a.weight + k), share = L::load(a.brake_share + k);
+    const B weight = L::load(a.weight + k);
     // Coupler k - 1 pulls at the front of car k, coupler k at its rear; the ends of the train have none (zeros).
     const B behind = L::load(a.pin_axial + k + 1), ahead = L::load(a.pin_axial + k);
-    Three<B> force = Three<B>::load(a.bar + k + 1, m) * behind - Three<B>::load(a.bar + k, m) * ahead;
-    Three<B> torque = Three<B>::load(a.about_lead + k + 1, m) * behind - Three<B>::load(a.about_trail + k, m) * ahead;
-    force.z = force.z - weight;
-    const Three<B> down = f.up * L::load(a.centre_height + k), side = f.left * B(a.half_base);
+    Block<B> cars{Frame<B>::load(a.axes, k, n), Three<B>::load(y + SVX * n + k, n), Three<B>::load(a.rotation + k, n),
+                  Three<B>::load(a.bar + k + 1, m) * behind - Three<B>::load(a.bar + k, m) * ahead,
+                  Three<B>::load(a.about_lead + k + 1, m) * behind - Three<B>::load(a.about_trail + k, m) * ahead};
+    cars.force.z = cars.force.z - weight;
+    const Three<B> down = cars.frame.up * L::load(a.centre_height + k), side = cars.frame.left * B(a.half_base);
     for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
       const std::ptrdiff_t truck = end + k;
       const B half = L::load(a.half_spacing + k);
-      const Three<B> arm = f.forward * (end == 0 ? half : B(-half)) - down;
-      const Three<B> velocity = v + w.cross(arm);
+      const Three<B> arm = cars.frame.forward * (end == 0 ? half : B(-half)) - down;
       const RailPlane<B, straight, flat> plane(a, truck);
-      const RailFrame<B, straight>& rail = plane.rail;
-      const B rise = plane.gain(velocity), rock = plane.rock(side, w, velocity), lean = plane.gain(side);
-      const auto on = L::load(a.on_rails + truck) > B(0.5);
-      B press = L::load(a.sag + k) - (height + arm.z);
-      if constexpr (!flat) press = press + plane.height;
-      const B right = positive(a.spring * (press + lean)), left = positive(a.spring * (press - lean));
-      const B c = L::load(a.spring_damping + k);
-      const auto damped = [&](const B& spring, const B& rate) {
-        return select(spring > zero, positive(spring - c * rate), zero);
-      };
-      const B total_right = damped(right, rise - rock), total_left = damped(left, rise + rock);
-      const B carried = select(on, B(total_right + total_left), zero);
-      const B leaning = select(on, B(total_left - total_right), zero);
-      B normal = carried, heavier = leaning;
-      if constexpr (!flat) {
-        normal = normal * plane.steepness();
-        heavier = heavier * plane.steepness();
-      }
-      L::store(normal, a.load + truck);
-      L::store(heavier, a.leaning + truck);
-      L::store(select(on, B(carried - (right + left)), zero), a.damper + truck);
-      L::store(select(on, B(leaning - (left - right)), zero), a.rocker + truck);
-      // Brakes hold a train that stands: what they are strained gives way at their limit.
-      const B limit = share * normal, speed = plane.along(velocity);
-      const B strain = L::load(a.braked + truck) + a.step * speed;
-      const B pull = -a.brake_stiffness * strain - L::load(a.brake_damping + k) * speed;
-      const B above = select(pull < -limit, B(-limit), pull), brake = select(above > limit, limit, above);
-      const auto slides = pull != brake;
-      L::store(select(on, select(slides, B(brake * (-1.0 / a.brake_stiffness)), strain), zero), a.braked_next + truck);
-      // At the top of the rails, sideways.
-      const B held =
-          rail_force<B>(rails, L::load(a.rail_damping + k), L::load(a.offset + truck), plane.across(velocity));
-      const B lateral = select(on, held, zero);
-      L::store(brake, a.brake + truck);
-      L::store(lateral, a.lateral + truck);
-      const Three<B> pulled = plane.force(brake, lateral, carried, leaning);
-      force = force + pulled;
-      torque = torque + arm.cross(pulled);
-      if constexpr (flat) {
-        torque.x = torque.x + side.y * leaning;
-        torque.y = torque.y - side.x * leaning;
-      } else {
-        torque = torque + side.cross(plane.force(zero, zero, leaning, carried));
-      }
-      const Plan<B> uphill = rail.world((-0.5 * a.grade) * weight, zero);
-      force.x = force.x + uphill.x;
-      force.y = force.y + uphill.y;
+      if (any(L::load(a.on_rails + truck) > B(0.5))) guide_trucks(a, rails, y, k, truck, plane, arm, side, cars);
+      else leave_trucks<B>(a, truck);
+      const Plan<B> uphill = plane.rail.world((-0.5 * a.grade) * weight, B(0.0));
+      cars.force.x = cars.force.x + uphill.x;
+      cars.force.y = cars.force.y + uphill.y;
     }
-    force.store(a.force + k, n);
-    torque.store(a.torque + k, n);
+    press_trucks<B>(a, y, k, cars);
+    cars.force.store(a.force + k, n);
+    cars.torque.store(a.torque + k, n);
   });
 }
 
@@ -275,25 +433,31 @@ template <class B, bool straight, bool flat>
   const auto both = [&](SpatialColumn c, std::ptrdiff_t k) {
     return Three<B>::load(before + c * n + k, n) + Three<B>::load(after + c * n + k, n);
   };
-  B brakes(0.0), rails(0.0), dampers(0.0), grade(0.0), couplers(0.0);
+  B brakes(0.0), rails(0.0), dampers(0.0), rubbing(0.0), grade(0.0), couplers(0.0);
   for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
     const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
     const Frame<B> f = Frame<B>::load(a.axes_before, k, n);
     const Three<B> v = both(SVX, k), w = f.world(both(ROLL_RATE, k));
     w.store(a.mean_rotation + k, n);
     const Three<B> down = f.up * L::load(a.centre_height + k), side = f.left * B(a.half_base);
+    bool grounded = false;
     for (const std::ptrdiff_t end : {std::ptrdiff_t{0}, n}) {
       const std::ptrdiff_t truck = end + k;
+      const RailPlane<B, straight, flat> plane(a, truck);
+      grade = grade + fresh * L::load(a.weight + k) * plane.rail.along(v.x, v.y);
+      grounded = grounded || any(L::load(a.grounded + truck) > B(0.5));
+      const B on = fresh * L::load(a.on_rails + truck);
+      if (!any(on > B(0.5))) continue;
       const B half = L::load(a.half_spacing + k);
       const Three<B> velocity = v + w.cross(f.forward * (end == 0 ? half : B(-half)) - down);
-      const RailPlane<B, straight, flat> plane(a, truck);
       const B rise = plane.gain(velocity), rock = plane.rock(side, w, velocity);
-      const B on = fresh * L::load(a.on_rails + truck);
       brakes = brakes + on * L::load(a.brake + truck) * plane.along(velocity);
       rails = rails + on * L::load(a.lateral + truck) * plane.across(velocity);
       dampers = dampers + on * (L::load(a.damper + truck) * rise + L::load(a.rocker + truck) * rock);
-      grade = grade + fresh * L::load(a.weight + k) * plane.rail.along(v.x, v.y);
     }
+    if (!grounded) return;
+    dampers = dampers + fresh * Taken<B>::load(a.pushed_damped + k, n).power(v, w);
+    rubbing = rubbing + fresh * Taken<B>::load(a.rubbed + k, n).power(v, w);
   });
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t done) {
     const std::ptrdiff_t j = i + 1;
@@ -306,6 +470,7 @@ template <class B, bool straight, bool flat>
   const double half = 0.5 * h;
   spent.work_on_track -= half * L::sum(brakes);
   spent.work_rails -= half * L::sum(rails);
+  spent.work_off_track -= half * L::sum(rubbing);
   spent.work_truck_damping -= half * L::sum(dampers);
   spent.work_grade += half * 0.5 * a.grade * L::sum(grade);
   spent.work_coupler_damping -= half * L::sum(couplers);

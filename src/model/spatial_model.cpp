@@ -39,7 +39,7 @@ struct SpatialModel::Parts final : Waker {
         bed(scenario),
         brakes(scenario, owner.cars(), loops),
         ground(cars, bed),
-        trucks(cars, bed, ground, loops, record),
+        trucks(cars, bed, loops, record),
         couplers(cars, owner.cars(), brakes, record, *this),
         contacts(cars, record, *this) {
     SpatialArrays& a = cars.arrays;
@@ -71,12 +71,12 @@ struct SpatialModel::Parts final : Waker {
     brakes.prepare(t);
     cars.fastest = cars.wide.swirls(cars.arrays, cars.state, cars.radius(), cars.swirl.data(), cars.spinning);
     cars.wide.couple(cars.arrays, cars.state);
+    trucks.find_ground();
     cars.wide.forces(cars.arrays, cars.state);
     for (std::size_t k = 0; k < cars.n; ++k) {
       cars.accounts[k].used = 0;
       if (!cars.rest.lies(k)) ground.press_body(k, trucks.arc(k));
     }
-    trucks.press_all();
     for (std::size_t i = 0; i < couplers.count(); ++i) couplers.couple(i);
     forces_found = true;
   }

@@ -15,11 +15,9 @@ namespace train_derail::model {
 
 using Eigen::Vector3d;
 
-SpatialTrucks::SpatialTrucks(SpatialCars& cars, SpatialBed& bed, SpatialGround& ground, const ExtendedKernels& loops,
-                             Record& record)
+SpatialTrucks::SpatialTrucks(SpatialCars& cars, SpatialBed& bed, const ExtendedKernels& loops, Record& record)
     : cars_(cars),
       bed_(bed),
-      ground_(ground),
       loops_(loops),
       record_(record),
       cos_part_(cars.scenario.suspension.part_angle < M_PI ? std::cos(cars.scenario.suspension.part_angle) : -2.0) {
@@ -28,9 +26,14 @@ SpatialTrucks::SpatialTrucks(SpatialCars& cars, SpatialBed& bed, SpatialGround& 
   lost_.assign(trucks, false);
   past_.assign(n, false);
   first_cause_.assign(n, Cause::none);
-  for (auto* a : {&arc_, &offset_, &overloaded_, &lateral_, &lateral_before_, &kick_, &braked_, &braked_next_, &load_,
-                  &leaning_, &brake_, &damper_, &rocker_, &place_x_, &place_y_, &load_held_, &leaning_held_})
+  for (auto* a :
+       {&arc_, &offset_, &overloaded_, &lateral_, &lateral_before_, &kick_, &braked_, &braked_next_, &load_, &leaning_,
+        &brake_, &damper_, &rocker_, &place_x_, &place_y_, &load_held_, &leaning_held_, &grounded_})
     a->assign(trucks, 0.0);
+  for (auto* a : {&sheared_, &sheared_next_, &under_}) a->assign(6 * trucks, 0.0);
+  for (auto* a : {&pushed_damped_, &rubbed_}) a->assign(6 * n, 0.0);
+  feet_.assign(2 * trucks, 0.0);
+  grip_.assign(trucks, 1.0);
   on_rails_.assign(trucks, 1.0);
   tangent_x_.assign(trucks, 1.0);
   tangent_y_.assign(trucks, 0.0);
@@ -63,9 +66,26 @@ void SpatialTrucks::show() {
   a.brake = brake_.data();
   a.damper = damper_.data();
   a.rocker = rocker_.data();
+  a.lateral = lateral_.data();
+  a.ground = &cars_.scenario.ground;
+  a.section = bed_.section_all_along();
+  a.level_ground = bed_.level();
+  a.grounded = grounded_.data();
+  a.load_held = load_held_.data();
+  a.leaning_held = leaning_held_.data();
+  a.grip = grip_.data();
+  a.under = under_.data();
+  a.pushed_damped = pushed_damped_.data();
+  a.rubbed = rubbed_.data();
+  show_strain();
+}
+
+void SpatialTrucks::show_strain() {
+  SpatialArrays& a = cars_.arrays;
   a.braked = braked_.data();
   a.braked_next = braked_next_.data();
-  a.lateral = lateral_.data();
+  a.sheared = sheared_.data();
+  a.sheared_next = sheared_next_.data();
 }
 
 void SpatialTrucks::start() {
@@ -83,57 +103,64 @@ void SpatialTrucks::start() {
   find_offsets();
 }
 
-void SpatialTrucks::press(std::size_t truck) {
-  if (lost_[truck]) return;
-  const std::size_t car = cars_.car_of(truck);
-  const SpatialMotion& q = cars_.at(car);
-  const inputs::Ground& ground = cars_.scenario.ground;
-  const double patch = ground.patches.empty() ? 1.0 : patch_factor(ground.patches, arc_[truck], offset_[truck]);
-  // Which way the truck slides, or would: a truck that stands has no other direction than that of the force.
-  const auto mu = [&](const Vector3d& rub) {
-    if (ground.off_track_law != inputs::OffTrackLaw::by_slip) return patch * ground.off_track_friction;
-    return patch * slip_friction<double>(ground, rub.squaredNorm(), rub.dot(q.axes.col(1)), offset_[truck]);
-  };
-  OnGround sum;
-  for (const bool left : {false, true}) {
-    const std::size_t number = (truck < cars_.n ? 0U : 2U) + (left ? 1U : 0U);
-    const double carried = ground_.press_wheel(sum, q, car, number, wheel(q, truck, left), arc_[truck], mu);
-    load_[truck] += carried;
-    leaning_[truck] += left ? carried : -carried;
-  }
-  ground_.lie(car, TRUCK_DAMPING, sum);
+void SpatialTrucks::find_ground() {
+  if (cars_.arrays.section != nullptr && cars_.scenario.ground.patches.empty()) return;
+  for (const std::size_t truck : loose_)
+    if (grounded_[truck] != 0.0) find_ground_under(truck);
 }
 
-void SpatialTrucks::press_all() {
-  for (const std::size_t truck : loose_) {
-    if (!cars_.rest.lies(cars_.car_of(truck))) {
-      press(truck);
-    } else {
-      load_[truck] = load_held_[truck];
-      leaning_[truck] = leaning_held_[truck];
-    }
+void SpatialTrucks::find_ground_under(std::size_t truck) {
+  const std::vector<inputs::GroundPatch>& patches = cars_.scenario.ground.patches;
+  if (!patches.empty()) grip_[truck] = patch_factor(patches, arc_[truck], offset_[truck]);
+  if (cars_.arrays.section != nullptr) return;
+  const std::size_t car = cars_.car_of(truck), wheels = 4 * cars_.n;
+  const SpatialMotion& q = cars_.at(car);
+  for (const bool left : {false, true}) {
+    const std::size_t number = (left ? 2 * cars_.n : 0) + truck;
+    const Under found = bed_.ground(wheel(q, truck, left), arc_[truck], 2.0 * cars_.bodies[car].radius, feet_[number]);
+    under_[number] = found.z;
+    under_[wheels + number] = found.up.x();
+    under_[2 * wheels + number] = found.up.y();
   }
+}
+
+void SpatialTrucks::find_grounded(std::size_t car) {
+  for (const std::size_t truck : {car, cars_.n + car})
+    grounded_[truck] = on_rails_[truck] == 0.0 && !lost_[truck] && !cars_.rest.lies(car) ? 1.0 : 0.0;
+}
+
+/// Loops that skip a car leave what they have found of it.
+void SpatialTrucks::forget_taken(std::size_t car) {
+  for (std::size_t c = 0; c < 6; ++c) pushed_damped_[c * cars_.n + car] = rubbed_[c * cars_.n + car] = 0.0;
 }
 
 void SpatialTrucks::hold(std::size_t car) {
+  const std::size_t trucks = 2 * cars_.n;
   for (const std::size_t truck : {car, cars_.n + car}) {
+    grounded_[truck] = 0.0;
+    for (std::size_t c = 0; c < 6; ++c) sheared_next_[c * trucks + truck] = sheared_[c * trucks + truck];
+    if (on_rails_[truck] != 0.0) continue;
     load_held_[truck] = load_[truck];
     leaning_held_[truck] = leaning_[truck];
   }
+  forget_taken(car);
 }
 
 void SpatialTrucks::release(std::size_t car) {
+  find_grounded(car);
   for (const std::size_t truck : {car, cars_.n + car}) {
+    load_held_[truck] = leaning_held_[truck] = 0.0;
     if (on_rails_[truck] != 0.0) continue;
     load_[truck] = leaning_[truck] = 0.0;
-    press(truck);
+    if (grounded_[truck] != 0.0) find_ground_under(truck);
   }
+  press_trucks_of(cars_.arrays, cars_.state, static_cast<std::ptrdiff_t>(car));
 }
 
 void SpatialTrucks::keep_strain() {
   braked_.swap(braked_next_);
-  cars_.arrays.braked = braked_.data();
-  cars_.arrays.braked_next = braked_next_.data();
+  sheared_.swap(sheared_next_);
+  show_strain();
 }
 
 void SpatialTrucks::keep_lateral() {
@@ -160,6 +187,8 @@ void SpatialTrucks::leave(double t, std::size_t truck, Cause cause, double* y) {
   const double stored = energy(truck, q);
   cars_.rest.wake(car);  // before forces are found again
   on_rails_[truck] = 0.0;
+  for (const std::size_t both : {car, cars_.n + car}) load_held_[both] = leaning_held_[both] = 0.0;
+  find_grounded(car);
   loose_.insert(std::lower_bound(loose_.begin(), loose_.end(), truck), truck);
   overloaded_[truck] = lateral_[truck] = braked_[truck] = 0.0;
   // What the springs held up falls from the rails to the ground.
@@ -251,6 +280,8 @@ bool SpatialTrucks::give_way(double t, double h) {
     if (cars_.axes[8 * n + car] >= cos_part_) continue;
     record_.spent.work_truck_damping += energy(truck, cars_.at(car));
     lost_[truck] = true;
+    find_grounded(car);
+    forget_taken(car);
     any = true;
   }
   return any;
@@ -280,6 +311,8 @@ void SpatialTrucks::walk(files::Archive& archive) {
   archive.column("leaning_held", leaning_held_);
   archive.column("overloaded", overloaded_);
   archive.column("braked", braked_);
+  archive.column("feet", feet_);
+  archive.column("sheared", sheared_);
   archive.value("ordered", ordered_);
 }
 
@@ -287,6 +320,13 @@ void SpatialTrucks::restored() {
   loose_.clear();
   for (std::size_t truck = 0; truck < 2 * cars_.n; ++truck)
     if (on_rails_[truck] == 0.0) loose_.push_back(truck);
+  sheared_next_ = sheared_;
+  show_strain();
+  for (std::size_t car = 0; car < cars_.n; ++car) {
+    find_grounded(car);
+    if (cars_.rest.lies(car)) continue;
+    load_held_[car] = leaning_held_[car] = load_held_[cars_.n + car] = leaning_held_[cars_.n + car] = 0.0;
+  }
   find_standing();
   cars_.wide.places(cars_.arrays, cars_.state, place_x_.data(), place_y_.data());
   find_offsets();

@@ -10,7 +10,6 @@
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
 #include "model/spatial_cars.hpp"
-#include "model/spatial_ground.hpp"
 #include "train_derail/files/archive.hpp"
 #include "train_derail/model/spatial_bed.hpp"
 
@@ -18,23 +17,20 @@ namespace train_derail::model {
 
 class SpatialTrucks {
  public:
-  SpatialTrucks(SpatialCars& cars, SpatialBed& bed, SpatialGround& ground, const ExtendedKernels& loops,
-                Record& record);
+  SpatialTrucks(SpatialCars& cars, SpatialBed& bed, const ExtendedKernels& loops, Record& record);
 
   /// What has happened before the first step: trucks that start past the point of derailment are off the rails.
   void start();
-  /// Forces on a truck that is off the rails.
-  void press(std::size_t truck);
-  /// Forces on all trucks off the rails; those of cars that lie are what they were.
-  void press_all();
+  /// The ground under all trucks off the rails, but of cars that lie.
+  void find_ground();
   /// Finds all trucks on the track after a step; those that have come to its broken or torn parts leave it.
   void pass(double t, double h, double* y);
   /// Trucks that are overloaded leave the rails, those that hang part from their body; whether any has.
   bool give_way(double t, double h);
-  /// A step ends: strain of the brakes and lateral forces become the past.
+  /// A step ends: strain of the brakes and of the ground and lateral forces become the past.
   void keep_strain();
   void keep_lateral();
-  /// A car comes to rest, or moves again.
+  /// A car comes to rest, or moves again: what the ground does to its trucks is added to what acts on it.
   void hold(std::size_t car);
   void release(std::size_t car);
   /// Derailments of this step in the order of their time.
@@ -63,6 +59,11 @@ class SpatialTrucks {
     const double half_base = cars_.scenario.suspension.half_base;
     return q.point(cars_.truck_place(truck) + Eigen::Vector3d(0.0, left ? half_base : -half_base, 0.0));
   }
+  void find_ground_under(std::size_t truck);
+  /// Whether loops over wheels on the ground have to look at the trucks of a car.
+  void find_grounded(std::size_t car);
+  void forget_taken(std::size_t car);
+  void show_strain();
   void leave(double t, std::size_t truck, Cause cause, double* y);
   void push_sideways(std::size_t truck, double* y);
   void find_offsets();
@@ -70,7 +71,6 @@ class SpatialTrucks {
 
   SpatialCars& cars_;
   SpatialBed& bed_;
-  SpatialGround& ground_;
   const ExtendedKernels& loops_;
   Record& record_;
   const double cos_part_;
@@ -80,7 +80,8 @@ class SpatialTrucks {
   std::vector<double> rail_dampings_, on_rails_, arc_, offset_, tangent_x_, tangent_y_, place_x_, place_y_, overloaded_,
       lateral_, lateral_before_, kick_;
   std::vector<double> rail_height_, rail_slope_, rail_tilt_, rail_twist_;  // empty where all rails are flat
-  std::vector<double> load_held_, leaning_held_;                           // of trucks off the rails, of cars that lie
+  std::vector<double> load_held_, leaning_held_;  // of trucks off the rails, of cars that lie; else 0
+  std::vector<double> grounded_, grip_, under_, feet_, sheared_, sheared_next_, pushed_damped_, rubbed_;
   std::vector<double> load_, leaning_, brake_, damper_, rocker_, braked_, braked_next_;
   std::size_t ordered_ = 0, standing_ = 0;  // ordered: derailments
 };

@@ -38,6 +38,7 @@ class SpatialBed {
         grid_(s.terrain.grid),
         outline_(usual_),
         level_(model::level(s.terrain) && s.track.grades.empty()),
+        prism_(track.straight() && profile.flat() && terrain_.sections.empty() && grid_.empty()),
         highest_(model::highest_ground(s.terrain)) {}
 
   Track track;
@@ -45,12 +46,14 @@ class SpatialBed {
 
   /// All ground is one level plane.
   bool level() const { return level_; }
+  /// Of the ground where it is the same all along the x axis, with offsets y; else nothing.
+  const CrossSection* section_all_along() const { return level_ || prism_ ? &usual_ : nullptr; }
 
   /// Under a point that is near arc length s_near of the track.
   Under ground(const Eigen::Vector3d& p, double s_near) const {
     if (level_) return {-terrain_.rail_height, Eigen::Vector3d::UnitZ()};
-    if (track.straight() && profile.flat() && terrain_.sections.empty() && grid_.empty()) {
-      const GroundHeight g = ground_height(usual_, p.y());
+    if (prism_) {
+      const GroundHeight<double> g = ground_height(usual_, p.y());
       return {g.z, {0.0, -g.slope, 1.0}};
     }
     const double s = track.foot({p.x(), p.y()}, s_near);
@@ -138,7 +141,8 @@ class SpatialBed {
     const TrackProfile::Place along = profile.at(s);
     double rise = along.grade;
     if (!terrain_.sections.empty()) rise += change_along(s, offset);
-    const GroundHeight g = ground_height(terrain_.sections.empty() ? usual_ : cross_section(terrain_, s), offset);
+    const GroundHeight<double> g =
+        ground_height(terrain_.sections.empty() ? usual_ : cross_section(terrain_, s), offset);
     const Under roadbed{along.bed + g.z,
                         {g.slope * node.tangent.y() - rise * node.tangent.x(),
                          -g.slope * node.tangent.x() - rise * node.tangent.y(), 1.0}};
@@ -183,7 +187,7 @@ class SpatialBed {
   const CrossSection usual_;
   const HeightGrid grid_;
   const GroundOutline outline_;
-  const bool level_;
+  const bool level_, prism_;
   const double highest_;  // where the track is level
 };
 

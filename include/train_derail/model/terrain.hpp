@@ -6,13 +6,15 @@
 #include <cmath>
 
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/simd/lanes.hpp"
 
 namespace train_derail::model {
 
-/// Height of the ground and how it changes to the left of the track.
+/// Height of the ground and how it changes to the left of the track. T: a double, or a batch of them.
+template <class T>
 struct GroundHeight {
-  double z;      ///< above the top of the rails [m]
-  double slope;  ///< dz / d offset [-]
+  T z;      ///< above the top of the rails [m]
+  T slope;  ///< dz / d offset [-]
 };
 
 /// The ground across the track at one place of it.
@@ -62,19 +64,25 @@ inline CrossSection cross_section(const inputs::Terrain& t, double s) {
 
 /// The ground `offset` to the left of the centre line [m]: a roadbed with a level crown, banks of one slope beside it,
 /// level again below (above in a cut); on it the ballast. The higher of both is the ground.
-inline GroundHeight ground_height(const CrossSection& t, double offset) {
-  const double side = offset < 0.0 ? -1.0 : 1.0, bank = offset < 0.0 ? t.bank_right : t.bank_left;
-  const double beyond = std::abs(offset) - t.crown, slope = std::copysign(t.bank_slope, bank);
-  GroundHeight ground{-t.rail_height - t.ballast_height, 0.0};
-  if (bank != 0.0 && beyond > 0.0) {
-    if (beyond * t.bank_slope >= std::abs(bank)) ground.z -= bank;
-    else ground = {ground.z - slope * beyond, -side * slope};
-  }
-  const double outside = std::abs(offset) - t.ballast_half_width;
+template <class T>
+GroundHeight<T> ground_height(const CrossSection& t, const T& offset) {
+  const T zero(0.0), low(-t.rail_height - t.ballast_height);
+  const auto right = offset < zero;
+  const T side = select(right, T(-1.0), T(1.0)), away = side * offset;
+  const T bank = select(right, T(t.bank_right), T(t.bank_left)), size = select(bank < zero, T(-bank), bank);
+  const T beyond = away - t.crown, slope = select(bank < zero, T(-t.bank_slope), T(t.bank_slope));
+  const auto on_bank = beyond > zero;
+  const auto ends = beyond * t.bank_slope >= size;  // as it does at once where there is no bank
+  GroundHeight<T> ground{select(on_bank, select(ends, T(low - bank), T(low - slope * beyond)), low),
+                         select(on_bank, select(ends, zero, T(-side * slope)), zero)};
   if (t.ballast_height == 0.0) return ground;
-  if (outside <= 0.0) return {std::max(-t.rail_height, ground.z), 0.0};
-  const double ballast = -t.rail_height - t.ballast_slope * outside;
-  return ballast > ground.z ? GroundHeight{ballast, -side * t.ballast_slope} : ground;
+  const T outside = away - t.ballast_half_width;
+  const auto on_top = outside <= zero;
+  const T ballast = select(on_top, T(-t.rail_height), T(-t.rail_height - t.ballast_slope * outside));
+  const auto higher = ballast > ground.z;
+  ground.z = select(higher, ballast, ground.z);
+  ground.slope = select(on_top, zero, select(higher, T(-side * t.ballast_slope), ground.slope));
+  return ground;
 }
 
 /// The ground is one plane.
