@@ -24,7 +24,8 @@ using Overlaps = std::array<double, kAxes>;
 
 double with_slack(double overlap) { return (1.0 + kSlack) * overlap + kSlackLength; }
 
-/// How far the boxes overlap along each axis [m], infinite for parallel edges; false if there is a gap along one.
+/// How far the boxes overlap along each axis [m]; false if there is a gap along one. Infinite for edges that are
+/// parallel, or along which boxes overlap more than along a face: nobody asks how much.
 bool overlaps(const Box& a, const Box& b, Overlaps& overlap) {
   const Vector3d between = a.centre - b.centre;
   const Vector3d in_a = a.axes.transpose() * between, in_b = b.axes.transpose() * between;
@@ -36,6 +37,7 @@ bool overlaps(const Box& a, const Box& b, Overlaps& overlap) {
     overlap[i] = of_a[i];
     overlap[3 + i] = of_b[i];
   }
+  const double least = (1.0 + kSamePlace) * std::min(of_a.minCoeff(), of_b.minCoeff());
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
@@ -49,7 +51,7 @@ bool overlaps(const Box& a, const Box& b, Overlaps& overlap) {
       const double sum = a.half[i1] * reach(i2, j) + a.half[i2] * reach(i1, j) + b.half[j1] * reach(i, j2) +
                          b.half[j2] * reach(i, j1) - std::abs(in_a[i2] * turn(i1, j) - in_a[i1] * turn(i2, j));
       if (!(sum > 0.0)) return false;
-      here = sum / std::sqrt(square);
+      here = sum * sum < least * least * square ? sum / std::sqrt(square) : std::numeric_limits<double>::infinity();
     }
   }
   return true;

@@ -175,10 +175,9 @@ class SpatialCars {
     }
   }
   void push(std::size_t car, const Eigen::Vector3d& f, const Eigen::Vector3d& arm) { add(car, f, arm.cross(f)); }
-  void push(std::size_t car, Account a, const Eigen::Vector3d& f, const Eigen::Vector3d& arm) {
-    const Eigen::Vector3d t = arm.cross(f);
-    add(car, f, t);
-    accounts[car].add(a, f, t);
+  void push(std::size_t car, Account a, const Wrench& w) {
+    add(car, w.force, w.torque);
+    accounts[car].add(a, w.force, w.torque);
   }
 
   /// The last step is over: its axes are the ones before.

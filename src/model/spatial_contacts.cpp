@@ -27,6 +27,21 @@ Face face_met(const Body& body, const SpatialMotion& car, const Vector3d& push) 
   return own.y() < 0.0 ? Face::left : Face::right;
 }
 
+/// Forces on one car that push another back.
+struct Shared {
+  Vector3d force = Vector3d::Zero(), torque = force, torque_back = force;
+
+  void add(const Vector3d& f, const Vector3d& arm, const Vector3d& arm_back) {
+    force += f;
+    torque += arm.cross(f);
+    torque_back -= arm_back.cross(f);
+  }
+  void push(SpatialCars& cars, std::size_t car, std::size_t back, Account account) const {
+    cars.push(car, account, {force, torque});
+    cars.push(back, account, {-force, torque_back});
+  }
+};
+
 bool end_met(const Body& body, const SpatialMotion& car, const Vector3d& push) {
   const Face face = face_met(body, car, push);
   return face == Face::front || face == Face::rear;
@@ -163,18 +178,18 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
   const double strained = law.stiffness * pair.sheared.norm(), most = law.friction * force;
   if (strained > most) pair.sheared *= most / strained;
   const bool woken = wakes(pair, force * m.normal - law.stiffness * pair.sheared);
+  Shared normal, rubbing;
   for (std::size_t i = 0; i < points; ++i) {
     const double part = pushes[i] / force;
     Vector3d rub = -part * (law.stiffness * pair.sheared + rub_damping * slip[i]);
     const double size = rub.norm(), limit = law.friction * pushes[i];
     if (size > limit) rub *= limit / size;
-    const Vector3d normal = pushes[i] * m.normal;
     const Vector3d arm_a = m.point[i] - q.centre, arm_b = m.point[i] - r.centre;
-    cars_.push(a, IMPACT_NORMAL, normal, arm_a);
-    cars_.push(b, IMPACT_NORMAL, -normal, arm_b);
-    cars_.push(a, IMPACT_FRICTION, rub, arm_a);
-    cars_.push(b, IMPACT_FRICTION, -rub, arm_b);
+    normal.add(pushes[i] * m.normal, arm_a, arm_b);
+    rubbing.add(rub, arm_a, arm_b);
   }
+  normal.push(cars_, a, b, IMPACT_NORMAL);
+  rubbing.push(cars_, a, b, IMPACT_FRICTION);
   note(t, h, pair, m, first_velocity, force);
   return woken;
 }

@@ -57,6 +57,7 @@ void SpatialCouplers::show() {
   a.tan_swing = swing < 0.5 * M_PI ? std::tan(swing) : inputs::kInfinity;
   double pitch = inputs::kInfinity, roll = inputs::kInfinity;
   for (const inputs::CouplerHold& h : holds_) {
+    least_slip_ = std::min(least_slip_, h.slip_height);
     pitch = std::min(pitch, h.pitch_limit);
     roll = std::min(roll, h.roll_limit);
   }
@@ -124,6 +125,15 @@ double SpatialCouplers::axial_energy_of(const Bar& b) const {
   const inputs::Coupler& law = cars_.scenario.coupler;
   if (law.draft_gear_travel == 0.0) return axial_energy(law, b.gap);
   return draft_gear_energy(law, std::max(std::abs(b.gap - law.length) - 0.5 * law.slack, 0.0));
+}
+
+void SpatialCouplers::couple_all() {
+  const Rest& rest = cars_.rest;
+  for (std::size_t i = 0; i < alive_.size(); ++i) {
+    // The usual case: neither a stop nor a car that lies beside one that does not.
+    if (far_[i] == 0.0 && !stops_[i].engaged && !(rest.any() && rest.lies(i) != rest.lies(i + 1))) continue;
+    couple(i);
+  }
 }
 
 void SpatialCouplers::couple(std::size_t i) {
@@ -223,7 +233,11 @@ void SpatialCouplers::hold(std::size_t i) {
 
 bool SpatialCouplers::give_way(double t) {
   bool any = false;
-  for (std::size_t i = 0; i < alive_.size(); ++i) any = break_coupler(t, i) || any;
+  for (std::size_t i = 0; i < alive_.size(); ++i) {
+    const bool held = -axial_[static_cast<Eigen::Index>(i)] <= cars_.scenario.coupler.break_draft &&
+                      std::abs(rise_[i]) <= least_slip_ && !stops_[i].engaged;
+    if (!held && break_coupler(t, i)) any = true;
+  }
   return any;
 }
 

@@ -51,6 +51,8 @@ class SpatialCouplers {
 
   /// What the wide loops leave of a coupler: stops, and what may break it. Wakes a car that lies if it pulls otherwise.
   void couple(std::size_t i);
+  /// The same for all of them.
+  void couple_all();
   /// One of its cars comes to rest: it is held against what it does from now on.
   void hold(std::size_t i);
   /// Breaks those that are beyond a limit; whether any has.
@@ -82,7 +84,8 @@ class SpatialCouplers {
   std::vector<double> alive_, damping_, far_, rise_, bars_, about_lead_, about_trail_, pin_axial_, pin_damper_;
   std::vector<Stops> stops_;  // what may break or slip, as found last
   std::vector<inputs::CouplerHold> holds_;
-  std::vector<Held> held_;  // where one of the two cars lies still: axial force, effort of the stops
+  double least_slip_ = inputs::kInfinity;  // at which any of them slips [m]
+  std::vector<Held> held_;                 // where one of the two cars lies still: axial force, effort of the stops
 };
 
 }  // namespace train_derail::model

@@ -77,7 +77,7 @@ struct SpatialModel::Parts final : Waker {
       cars.accounts[k].used = 0;
       if (!cars.rest.lies(k)) ground.press_body(k, trucks.arc(k));
     }
-    for (std::size_t i = 0; i < couplers.count(); ++i) couplers.couple(i);
+    couplers.couple_all();
     forces_found = true;
   }
 
@@ -102,8 +102,8 @@ struct SpatialModel::Parts final : Waker {
     for (std::size_t k = 0; k < cars.n; ++k) {
       if (!trucks.off(k) || cars.rest.lies(k)) continue;
       const Body& b = cars.bodies[k];
-      const double speed = cars.velocity(k).norm(), turning = b.radius * cars.of_car(cars.rotation.data(), k).norm();
-      const bool slow = speed + turning < limit;
+      // Its swirl is that of these rotations.
+      const bool slow = cars.swirl[k] < limit && cars.velocity(k).norm() + cars.swirl[k] < limit;
       if (cars.rest.note(k, slow && cars.of_car(cars.force.data(), k).norm() < Rest::kPull * b.weight, h))
         still.push_back(k);
     }

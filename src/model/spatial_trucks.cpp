@@ -219,14 +219,20 @@ void SpatialTrucks::pass(double t, double h, double* y) {
   Track& track = bed_.track;
   const std::size_t n = cars_.n;
   const auto ahead = static_cast<std::size_t>(cars_.scenario.initial.cars_ahead);
-  for (std::size_t k = ahead; k < n; ++k) past_[k] = past_[k] || cars_.state[SX * n + k] >= 0.0;
+  for (std::size_t k = ahead; k < n; ++k)
+    if (cars_.state[SX * n + k] >= 0.0) past_[k] = true;
   cars_.wide.places(cars_.arrays, cars_.state, place_x_.data(), place_y_.data());
+  arc_before_ = arc_;
+  if (track.straight()) {
+    arc_ = place_x_;
+  } else {
+    for (std::size_t truck = 0; truck < 2 * n; ++truck)
+      if (!cars_.rest.lies(cars_.car_of(truck)))
+        arc_[truck] = track.foot({place_x_[truck], place_y_[truck]}, arc_[truck]);
+  }
   for (std::size_t truck = 0; truck < 2 * n; ++truck) {
-    const double from = arc_[truck];
-    if (track.straight()) arc_[truck] = place_x_[truck];
-    else if (!cars_.rest.lies(cars_.car_of(truck))) arc_[truck] = track.foot({place_x_[truck], place_y_[truck]}, from);
     if (on_rails_[truck] == 0.0) continue;
-    const double s = arc_[truck];
+    const double from = arc_before_[truck], s = arc_[truck];
     if (cars_.car_of(truck) >= ahead && from < 0.0 && s >= 0.0) leave(t + h - h * s / (s - from), truck, Cause::pod, y);
     else if (s >= track.torn_from() && s <= track.torn_to() && track.torn(s)) leave(t + h, truck, Cause::torn_track, y);
   }
@@ -276,7 +282,7 @@ bool SpatialTrucks::give_way(double t, double h) {
   }
   for (const std::size_t truck : loose_) {
     const std::size_t car = cars_.car_of(truck);
-    if (lost_[truck] || load_[truck] > 0.0 || cars_.rest.lies(car)) continue;
+    if (load_[truck] > 0.0 || lost_[truck] || cars_.rest.lies(car)) continue;
     if (cars_.axes[8 * n + car] >= cos_part_) continue;
     record_.spent.work_truck_damping += energy(truck, cars_.at(car));
     lost_[truck] = true;

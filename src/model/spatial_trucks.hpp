@@ -77,8 +77,8 @@ class SpatialTrucks {
   std::vector<bool> lost_, past_;
   std::vector<std::size_t> loose_;  // trucks that are off the rails, in order
   std::vector<Cause> first_cause_;
-  std::vector<double> rail_dampings_, on_rails_, arc_, offset_, tangent_x_, tangent_y_, place_x_, place_y_, overloaded_,
-      lateral_, lateral_before_, kick_;
+  std::vector<double> rail_dampings_, on_rails_, arc_, arc_before_, offset_, tangent_x_, tangent_y_, place_x_, place_y_,
+      overloaded_, lateral_, lateral_before_, kick_;
   std::vector<double> rail_height_, rail_slope_, rail_tilt_, rail_twist_;  // empty where all rails are flat
   std::vector<double> load_held_, leaning_held_;  // of trucks off the rails, of cars that lie; else 0
   std::vector<double> grounded_, grip_, under_, feet_, sheared_, sheared_next_, pushed_damped_, rubbed_;

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "model/ground_point.hpp"
 #include "spatial_fixtures.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
@@ -57,6 +58,35 @@ TEST(OffTheRails, ACarTipsOnTheBankOfTheClosedForm) {
     if (share < 1.0) EXPECT_LT(std::abs(lean), 0.05);
     else EXPECT_GT(lean, 0.5);
   }
+}
+
+TEST(GroundPoint, PushesAlongTheNormalAndHoldsUpToItsFriction) {
+  using V = model::Three<double>;
+  const double stiffness = 2e6, step = 0.01, slope = 0.75, length = 1.25;  // of (0, -slope, 1)
+  const auto vector = [](const V& v) { return Vector3d(v.x, v.y, v.z); };
+  const Vector3d up(0.0, -slope, 1.0), along(0.0, 0.8, 0.6);
+  model::GroundPoint<double> p{{up.x(), up.y(), up.z()}, 1.0 / length, {}, {}, 4e4, 500.0, 3e3};
+  const auto push = [&](const Vector3d& v, const Vector3d& strain) {
+    p.velocity = {v.x(), v.y(), v.z()};
+    p.strain = {strain.x(), strain.y(), strain.z()};
+    return model::push_of_ground(p, stiffness, step, [](const V&) { return 0.5; });
+  };
+  const auto still = push(Vector3d::Zero(), Vector3d::Zero());
+  EXPECT_DOUBLE_EQ(still.push, 4e4);
+  EXPECT_DOUBLE_EQ(still.carried, 4e4 * length);
+  EXPECT_EQ(vector(still.rub).norm(), 0.0);
+  // Sinks in: damped. Comes out fast: does not pull. Neither rubs.
+  EXPECT_DOUBLE_EQ(push(-2.0 * up / length, Vector3d::Zero()).push, 4e4 + 500.0 * 2.0 * length);
+  EXPECT_EQ(push(100.0 * up, Vector3d::Zero()).push, 0.0);
+  EXPECT_LT(vector(push(-2.0 * up, Vector3d::Zero()).rub).norm(), 1e-9);
+  // Uphill, slowly: a spring and a damper against it. A strain across the ground is none.
+  const auto holds = push(0.1 * along, 1e-3 * along + 5e-3 * up);
+  EXPECT_LT((vector(holds.rub) + (stiffness * 2e-3 + 300.0) * along).norm(), 1e-6);
+  EXPECT_LT((vector(holds.strain) - 2e-3 * along).norm(), 1e-12);
+  // It slides: friction, and no more strain than gives that.
+  const auto slides = push(8.0 * along, Vector3d::Zero());
+  EXPECT_LT((vector(slides.rub) + 0.5 * 4e4 * length * along).norm(), 1e-6);
+  EXPECT_LT((stiffness * vector(slides.strain) + vector(slides.rub)).norm(), 1e-6);
 }
 
 TEST(Terrain, BallastLiesOnTheRoadbed) {

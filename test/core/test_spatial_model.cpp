@@ -363,9 +363,13 @@ TEST(SpatialRun, FlatAndStiffMovesAsInThePlane) {
 }
 
 TEST(SpatialRun, IsTheSameForEveryInstructionSet) {
-  for (const bool hilly : {false, true}) {
+  enum class Line { curved, hilly, straight, level };
+  for (const Line line : {Line::curved, Line::hilly, Line::straight, Line::level}) {
     // As many cars as leave a part of the widest block.
-    const inputs::Scenario s = everything(18, 2e-3, hilly);
+    inputs::Scenario s = everything(18, 2e-3, line == Line::hilly);
+    if (line == Line::straight || line == Line::level) s.track.curves.clear();
+    if (line == Line::level) s.terrain.bank_left = s.terrain.bank_right = s.terrain.ballast_height = 0.0;
+    s.ground.patches = {{-1e3, 1e3, 0.0, 1e3, 1.2}};
     Train plain(s, {}, "plain");
     plain.to(3.0);
     EXPECT_GT(plain.incidents().derailments.size(), 2U);
@@ -377,6 +381,9 @@ TEST(SpatialRun, IsTheSameForEveryInstructionSet) {
         EXPECT_LT((train.car(k).axes - plain.car(k).axes).norm(), 1e-6) << set << " car " << k;
       }
       EXPECT_NEAR(train.energy().total(), plain.energy().total(), 1e-6 * plain.energy().total()) << set;
+      EXPECT_NEAR(train.energy().work_off_track, plain.energy().work_off_track,
+                  1e-4 * std::abs(plain.energy().work_off_track))
+          << set;
       EXPECT_NEAR(train.energy().work_coupler_damping, plain.energy().work_coupler_damping,
                   1e-4 * plain.energy().work_coupler_damping)
           << set;
