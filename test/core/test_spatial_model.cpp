@@ -252,6 +252,8 @@ TEST(SpatialRest, TheFirstBlowWakesACar) {
     if (!still || train.time() > 2.9) continue;
     ++held;
     ASSERT_GT(train.car(0).velocity.x(), 0.0) << gap;
+    // From the first step on it stands on its wheels.
+    ASSERT_GT(train.car(0).velocity.z(), -0.2 * kGravity * s.solver.fixed_step.value()) << gap;
   }
   EXPECT_GT(held, 50);
 }
