@@ -1,10 +1,15 @@
 #include "model/spatial_ground.hpp"
 
+#include <array>
+
 namespace train_derail::model {
 
 using Eigen::Vector3d;
 
 namespace {
+
+// Assumed: enough to come to rest within some seconds, too little to change how tanks come to lie.
+constexpr double kRocking = 0.1;
 
 Three<double> three(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Vector3d vector(const Three<double>& v) { return {v.x, v.y, v.z}; }
@@ -91,14 +96,15 @@ void SpatialGround::press_shell(OnGround& sum, const SpatialMotion& q, std::size
   const Body& b = cars_.bodies[car];
   std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(ball_point(car, 0, 0)), kBalls * kBallPoints,
               Vector3d::Zero());
-  double load = 0.0;
+  std::array<double, kBalls> loads{};
   for (std::size_t i = 0; i < kBalls; ++i) {
     bed_.touches_of_ball(ball_of(b, q, i), b.shell_radius, s,
                          [&](const Vector3d& place, const Vector3d& up, double depth, std::size_t number) {
-                           load += press_body_point(sum, q, car, ball_point(car, i, number), place, up, depth, s);
+                           loads[i] += press_body_point(sum, q, car, ball_point(car, i, number), place, up, depth, s);
                          });
   }
-  resist_rolling(sum, q, car, load);
+  resist_rolling(sum, q, car, loads[0] + loads[1] + loads[2]);
+  resist_rocking(sum, q, car, loads[0] + loads[2] > 0.0 ? 0.0 : loads[1]);
 }
 
 /// Under a cylinder that rolls the load moves ahead of the axis, at most by rolling_resistance times its radius; within
@@ -116,6 +122,26 @@ void SpatialGround::resist_rolling(OnGround& sum, const SpatialMotion& q, std::s
   double arm = ahead + settling * rolls;
   if (std::abs(arm) > limit) ahead = arm = std::copysign(limit, arm);
   const Vector3d torque = -load * arm * q.axes.col(0);
+  sum.all.torque += torque;
+  sum.friction.torque += torque;
+}
+
+/// So it is where a cylinder rocks and turns about the one place that it lies on, such as the crest of the ballast, by
+/// kRocking of that. Otherwise, balanced there as a pendulum, it would rock for minutes, and turn for ever.
+void SpatialGround::resist_rocking(OnGround& sum, const SpatialMotion& q, std::size_t car, double load) {
+  const Body& b = cars_.bodies[car];
+  Vector3d& strain = sheared_next_[rocking_point(car)];
+  strain.setZero();
+  if (!(load > 0.0)) return;
+  const double limit = kRocking * cars_.scenario.terrain.rolling_resistance * b.shell_radius;
+  const Vector3d axis = q.axes.col(0), turns = b.shell_radius * (q.rotation - q.body_rates.x() * axis);
+  const double settling = std::sqrt(b.inertia.z() / (b.weight * b.shell_radius));
+  const Vector3d before = sheared_[rocking_point(car)];
+  strain = before - before.dot(axis) * axis + cars_.step * turns;
+  Vector3d arm = strain + settling * turns;
+  const double length = arm.norm();
+  if (length > limit) strain = arm = Vector3d(limit / length * arm);
+  const Vector3d torque = -load * arm;
   sum.all.torque += torque;
   sum.friction.torque += torque;
 }

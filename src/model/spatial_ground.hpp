@@ -25,7 +25,7 @@ struct OnGround {
 class SpatialGround {
  public:
   /// Points of a car: of a box at its edges, of a cylinder what three balls touch.
-  static constexpr std::size_t kCorners = 12, kBalls = 3, kBallPoints = 5, kPoints = kBalls * kBallPoints + 1;
+  static constexpr std::size_t kCorners = 12, kBalls = 3, kBallPoints = 5, kPoints = kBalls * kBallPoints + 2;
 
   SpatialGround(SpatialCars& cars, const SpatialBed& bed);
 
@@ -55,6 +55,7 @@ class SpatialGround {
   void press_edges(OnGround& sum, const SpatialMotion& q, std::size_t car, double s, double highest);
   void press_shell(OnGround& sum, const SpatialMotion& q, std::size_t car, double s);
   void resist_rolling(OnGround& sum, const SpatialMotion& q, std::size_t car, double load);
+  void resist_rocking(OnGround& sum, const SpatialMotion& q, std::size_t car, double load);
   /// Forces on a point of the body that is `depth` in the ground, straight down; returns the load.
   double press_body_point(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t point,
                           const Eigen::Vector3d& place, const Eigen::Vector3d& up, double depth, double s);
@@ -66,8 +67,9 @@ class SpatialGround {
   static std::size_t ball_point(std::size_t car, std::size_t ball, std::size_t number) {
     return kPoints * car + kBallPoints * ball + number % kBallPoints;
   }
-  /// The last of a car's points keeps the strain of rolling, as x.
+  /// The last of a car's points keep the strain of rolling, as x, and that of rocking and turning.
   static std::size_t rolling_point(std::size_t car) { return ball_point(car, kBalls, 0); }
+  static std::size_t rocking_point(std::size_t car) { return ball_point(car, kBalls, 1); }
   /// A point of the body's edges, from the centre of mass along the car's axes.
   static Eigen::Vector3d corner_of(const Body& b, std::size_t i) {
     const Eigen::Vector3d sign(static_cast<double>(i / 4) - 1.0, (i & 1U) != 0 ? 1.0 : -1.0,

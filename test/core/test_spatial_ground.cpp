@@ -239,6 +239,34 @@ TEST(OffTheRails, ARollingTankSlowsDownAndStops) {
   }
 }
 
+TEST(OffTheRails, ATankBalancedOnTheBallastComesToRestByTheClosedForm) {
+  inputs::Scenario s = spatial(1, 2e-3);
+  make_tanks(s);
+  s.terrain.rolling_resistance = 0.1;
+  s.terrain.ballast_height = 0.6;
+  s.terrain.ballast_half_width = 1.6;
+  const double radius = 1.5, weight = s.consist[0].weight, mass = weight / kGravity;
+  const double inertia = model::expand(s.consist)[0].yaw_inertia, arm = 0.1 * 0.1 * radius;
+  // On its roof, across the track: only its middle touches the ground. It turns on the spot, or rolls on its middle.
+  const Matrix3d axes = turned(0.5 * M_PI, Vector3d::UnitZ()) * turned(M_PI, Vector3d::UnitX());
+  const Vector3d centre(100.0, 0.0, radius - weight / s.terrain.body_stiffness - s.terrain.rail_height);
+  for (const bool turns : {true, false}) {
+    const double rate = turns ? 0.05 : -0.015, moved = inertia + (turns ? 0.0 : mass * radius * radius);
+    const double slows = weight * arm / moved, time = std::abs(rate) / slows, angle = 0.5 * std::abs(rate) * time;
+    const Vector3d about = turns ? Vector3d::UnitZ() : Vector3d::UnitX(),
+                   velocity(0.0, turns ? 0.0 : -rate * radius, 0.0);
+    Train train(s, {at(centre, axes, velocity, axes.transpose() * (rate * about))});
+    const auto rotation = [&] { return train.car(0).rotation.dot(about); };
+    train.to(0.5 * time);
+    EXPECT_NEAR(rotation() / rate, 0.5, 0.03) << turns;
+    train.to(time + 12.0);
+    EXPECT_TRUE(train.car(0).rotation.isZero(0.0) && train.car(0).velocity.isZero(0.0)) << "held";
+    const Vector3d along = train.car(0).axes.col(0);
+    // The strain that is left turns it back.
+    EXPECT_NEAR(std::asin(turns ? -along.x() : -along.z()), angle - arm / radius, 0.003) << turns;
+  }
+}
+
 TEST(OffTheRails, ATankRestsOnWhatIsLessSteepThanItsRollingResistance) {
   for (const double share : {0.9, 1.1}) {
     inputs::Scenario s = spatial(1);
