@@ -128,7 +128,7 @@ void describe_ground(V& v, G& g) {
   v.number("far_distance", g.far_distance, {"m", "ft", between(1e-3, 1e3), between(0.3, 30)},
            {"Distance beyond the rail at which mu_1 is reached.", &kSlipGround});
   v.number("load_exponent", g.load_exponent, {"1", "", between(0, 2), between(0.4, 1)},
-           {"Friction off the rails grows with the weight of a car to this power; 1: Coulomb's.", &kPlanarExtended});
+           {"Friction off the rails grows with the weight of a car to this power; 1: Coulomb's.", &kNotPaper});
   v.number("reference_weight", g.reference_weight, {"N", "kip", between(1e3, 1e7), between(1e5, 2.5e6)},
            {"Weight of a car at which that power changes nothing.", &kLoadExponent});
   v.number("rest_speed", g.rest_speed, {"m/s", "ft/s", between(0, 1), between(0, 0.3)},

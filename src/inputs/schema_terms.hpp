@@ -240,8 +240,8 @@ inline constexpr When kEmergencyTime{
 inline constexpr When kEmergencyBySpeed{
     [](const Scenario& s) { return kEmergencyTime.holds(s) && s.brakes.emergency_speed_exponent != 0.0; },
     "brakes.law: air, a brakes.emergency_time and a brakes.emergency_speed_exponent"};
-inline constexpr When kPlanarExtended{
-    [](const Scenario& s) { return s.model != Model::spatial && s.model != Model::paper; }, "the extended model"};
+inline constexpr When kNotPaper{[](const Scenario& s) { return s.model != Model::paper; },
+                                "another model than the paper's"};
 inline constexpr When kLoadExponent{[](const Scenario& s) { return s.ground.load_exponent != 1.0; },
                                     "another ground.load_exponent than 1"};
 inline constexpr When kRailLoadExponent{[](const Scenario& s) { return s.rails.load_exponent != 1.0; },

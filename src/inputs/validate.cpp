@@ -46,15 +46,6 @@ void check_parts(const Scenario& s) {
     refuse("ground.on_track_law", name_of(kOnTrackLaws, s.ground.on_track_law), "cannot be computed by model: spatial",
            "rails");
   }
-  if (model == Model::spatial) {
-    for (const char* key :
-         {"initial.mechanism", "ties.law", "traction.law", "ground.load_exponent", "rails.load_exponent"}) {
-      const auto is_it = [key](const PartInput& p) { return std::string_view(p.key) == key; };
-      const std::string value = std::find_if(kParts.begin(), kParts.end(), is_it)->value(s);
-      if (!value.empty())
-        refuse(key, value, "cannot be computed by model: spatial", "leave this key out, or model: extended");
-    }
-  }
   if (s.solver.method == Method::semi_implicit && !s.solver.fixed_step)
     refuse("solver.fixed_step", "", "missing: semi_implicit needs a fixed step", "(0, 1] s");
   const auto in_order = [](const auto& stretches, const char* list, const char* what) {

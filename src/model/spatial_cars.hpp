@@ -21,7 +21,7 @@
 namespace train_derail::model {
 
 /// Where what a force takes is put in the ledger. What is stored comes from the state.
-enum Account { OFF_TRACK, BODY_GROUND, IMPACT_NORMAL, IMPACT_FRICTION, kAccounts };
+enum Account { ON_TRACK, OFF_TRACK, BODY_GROUND, IMPACT_NORMAL, IMPACT_FRICTION, kAccounts };
 
 struct Wrench {
   Eigen::Vector3d force, torque;  // N; about the centre of mass, world frame [N m]
@@ -190,8 +190,8 @@ class SpatialCars {
   /// Work of the last step's forces, by account, with the mean of the velocities before and after.
   void account(double h, const double* y, const double* after, EnergyLedger& spent) const {
     static constexpr std::array<double EnergyLedger::*, kAccounts> kTaken{
-        &EnergyLedger::work_off_track, &EnergyLedger::work_body_ground, &EnergyLedger::work_impact_normal,
-        &EnergyLedger::work_impact_friction};
+        &EnergyLedger::work_on_track, &EnergyLedger::work_off_track, &EnergyLedger::work_body_ground,
+        &EnergyLedger::work_impact_normal, &EnergyLedger::work_impact_friction};
     wide.work(arrays, y, after, h, spent);
     std::array<double, kAccounts> given{};
     for (std::size_t k = 0; k < n; ++k) {

@@ -37,6 +37,7 @@ struct SpatialArrays {
   std::ptrdiff_t cars = 0;
   const inputs::Coupler* coupler = nullptr;
   const inputs::Rails* rails = nullptr;
+  const inputs::Ties* ties = nullptr;    ///< null: no truck runs on the ties
   double spring = 0.0, half_base = 0.0;  ///< of a side of a truck [N/m]; from the middle of the track [m]
   double brake_stiffness = 0.0;          ///< of brakes that hold [N/m]
   double step = 0.0;                     ///< s
@@ -56,7 +57,9 @@ struct SpatialArrays {
   double *force = nullptr, *torque = nullptr;  ///< sums, world frame; about the centre of mass
 
   // Trucks.
-  const double* on_rails = nullptr;                         ///< 1 or 0
+  const double* on_rails = nullptr;  ///< 1 or 0; 1 on the ties, too
+  // On the ties, see TieRuns: 1 or 0, drift [m], damping [N s/m].
+  const double *guided = nullptr, *drift = nullptr, *tie_damping = nullptr;
   const double* offset = nullptr;                           ///< from the alignment [m]
   const double *tangent_x = nullptr, *tangent_y = nullptr;  ///< of the track; not used where it is straight
   // Of rails that are not flat: middle between them under a truck [m], slope along the track, and tilt across it with

@@ -12,6 +12,7 @@
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
 #include "train_derail/model/terrain.hpp"
+#include "train_derail/model/tie_law.hpp"
 #include "train_derail/simd/lanes.hpp"
 
 namespace train_derail::model {
@@ -322,7 +323,7 @@ void add_ground(const SpatialArrays& a, const double* y, std::ptrdiff_t k) {
   cars.torque.store(a.torque + k, n);
 }
 
-/// Trucks on the rails, of cars from k on; `truck` is the first of them.
+/// Trucks on the rails or the ties, of cars from k on; `truck` is the first of them.
 template <class B, bool straight, bool flat>
 void guide_trucks(const SpatialArrays& a, const inputs::Rails& rails, const double* y, std::ptrdiff_t k,
                   std::ptrdiff_t truck, const RailPlane<B, straight, flat>& plane, const Three<B>& arm,
@@ -352,15 +353,23 @@ void guide_trucks(const SpatialArrays& a, const inputs::Rails& rails, const doub
   L::store(L::load(a.leaning_held + truck) + heavier, a.leaning + truck);
   L::store(select(on, B(carried - (right + left)), zero), a.damper + truck);
   L::store(select(on, B(leaning - (left - right)), zero), a.rocker + truck);
-  // Brakes hold a train that stands: what they are strained gives way at their limit.
-  const B limit = L::load(a.brake_share + k) * normal, speed = plane.along(velocity);
+  // Brakes hold a train that stands: what they are strained gives way at their limit. So does the drag of ties.
+  const auto guided = L::load(a.guided + truck) > B(0.5);
+  const B share = L::load(a.brake_share + k);
+  const B drag = a.ties != nullptr ? select(guided, B(a.ties->drag), share) : share;
+  const B limit = drag * normal, speed = plane.along(velocity);
   const B strain = L::load(a.braked + truck) + a.step * speed;
   const B pull = -a.brake_stiffness * strain - L::load(a.brake_damping + k) * speed;
   const B above = select(pull < -limit, B(-limit), pull), brake = select(above > limit, limit, above);
   const auto slides = pull != brake;
   L::store(select(on, select(slides, B(brake * (-1.0 / a.brake_stiffness)), strain), zero), a.braked_next + truck);
   // At the top of the rails, sideways.
-  const B held = rail_force<B>(rails, L::load(a.rail_damping + k), L::load(a.offset + truck), plane.across(velocity));
+  const B offset = L::load(a.offset + truck), across = plane.across(velocity);
+  B held = rail_force<B>(rails, L::load(a.rail_damping + k), offset, across);
+  if (a.ties != nullptr) {
+    const B from_drift = offset - L::load(a.drift + truck);
+    held = select(guided, tie_force<B>(*a.ties, L::load(a.tie_damping + truck), from_drift, across, normal), held);
+  }
   const B lateral = select(on, held, zero);
   L::store(brake, a.brake + truck);
   L::store(lateral, a.lateral + truck);
@@ -433,7 +442,7 @@ template <class B, bool straight, bool flat>
   const auto both = [&](SpatialColumn c, std::ptrdiff_t k) {
     return Three<B>::load(before + c * n + k, n) + Three<B>::load(after + c * n + k, n);
   };
-  B brakes(0.0), rails(0.0), dampers(0.0), rubbing(0.0), grade(0.0), couplers(0.0);
+  B brakes(0.0), rails(0.0), ties(0.0), dampers(0.0), rubbing(0.0), grade(0.0), couplers(0.0);
   for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
     const B fresh = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), B(1.0));
     const Frame<B> f = Frame<B>::load(a.axes_before, k, n);
@@ -451,8 +460,12 @@ template <class B, bool straight, bool flat>
       const B half = L::load(a.half_spacing + k);
       const Three<B> velocity = v + w.cross(f.forward * (end == 0 ? half : B(-half)) - down);
       const B rise = plane.gain(velocity), rock = plane.rock(side, w, velocity);
-      brakes = brakes + on * L::load(a.brake + truck) * plane.along(velocity);
-      rails = rails + on * L::load(a.lateral + truck) * plane.across(velocity);
+      const B along = on * L::load(a.brake + truck) * plane.along(velocity);
+      const B across = on * L::load(a.lateral + truck) * plane.across(velocity);
+      const B guided = L::load(a.guided + truck), held = 1.0 - guided;
+      brakes = brakes + held * along;
+      rails = rails + held * across;
+      ties = ties + guided * (along + across);
       dampers = dampers + on * (L::load(a.damper + truck) * rise + L::load(a.rocker + truck) * rock);
     }
     if (!grounded) return;
@@ -470,6 +483,7 @@ template <class B, bool straight, bool flat>
   const double half = 0.5 * h;
   spent.work_on_track -= half * L::sum(brakes);
   spent.work_rails -= half * L::sum(rails);
+  spent.work_ties -= half * L::sum(ties);
   spent.work_off_track -= half * L::sum(rubbing);
   spent.work_truck_damping -= half * L::sum(dampers);
   spent.work_grade += half * 0.5 * a.grade * L::sum(grade);

@@ -15,6 +15,7 @@
 #include "model/spatial_ground.hpp"
 #include "model/spatial_kernels.hpp"
 #include "model/spatial_trucks.hpp"
+#include "model/traction.hpp"
 #include "simd/instruction_sets.hpp"
 #include "train_derail/model/extended_model.hpp"
 #include "train_derail/model/spatial_bed.hpp"
@@ -39,7 +40,8 @@ struct SpatialModel::Parts final : Waker {
         bed(scenario),
         brakes(scenario, owner.cars(), loops),
         ground(cars, bed),
-        trucks(cars, bed, loops, record),
+        trucks(cars, owner.cars(), bed, brakes, loops, record),
+        locomotives(locomotives_of(scenario, owner.cars())),
         couplers(cars, owner.cars(), brakes, record, *this),
         contacts(cars, record, *this) {
     SpatialArrays& a = cars.arrays;
@@ -59,6 +61,7 @@ struct SpatialModel::Parts final : Waker {
   AirBrakes brakes;
   SpatialGround ground;
   SpatialTrucks trucks;
+  std::vector<Locomotive> locomotives;
   SpatialCouplers couplers;
   SpatialContacts contacts;
   std::vector<std::size_t> still;  // cars that lie down at the end of this step
@@ -77,8 +80,21 @@ struct SpatialModel::Parts final : Waker {
       cars.accounts[k].used = 0;
       if (!cars.rest.lies(k)) ground.press_body(k, trucks.arc(k));
     }
+    pull_on(t);
     couplers.couple_all();
     forces_found = true;
+  }
+
+  /// Locomotives on the rails pull at the top of the rails, forward, until the emergency signal comes to them.
+  void pull_on(double t) {
+    for (Locomotive& l : locomotives) {
+      const auto k = static_cast<std::size_t>(l.car);
+      const SpatialMotion& q = cars.at(k);
+      l.find(t < brakes.signal(l.car) && !trucks.off(k), q.velocity.dot(q.axes.col(0)));
+      if (l.pull == 0.0) continue;
+      const Vector3d pull = l.pull * q.axes.col(0), arm = -cars.bodies[k].centre_height * q.axes.col(2);
+      cars.push(k, ON_TRACK, {pull, arm.cross(pull)});
+    }
   }
 
   void wake_if_pushed(std::size_t car, double change) override {
@@ -100,7 +116,7 @@ struct SpatialModel::Parts final : Waker {
     still.clear();
     if (!(limit > 0.0)) return;
     for (std::size_t k = 0; k < cars.n; ++k) {
-      if (!trucks.off(k) || cars.rest.lies(k)) continue;
+      if (!trucks.grounded(k) || cars.rest.lies(k)) continue;
       const Body& b = cars.bodies[k];
       // Its swirl is that of these rotations.
       const bool slow = cars.swirl[k] < limit && cars.velocity(k).norm() + cars.swirl[k] < limit;

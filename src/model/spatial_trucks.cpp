@@ -8,6 +8,7 @@
 #include <boost/random/normal_distribution.hpp>
 
 #include "model/derailment_order.hpp"
+#include "model/derailment_start.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/rail_law.hpp"
 
@@ -15,17 +16,27 @@ namespace train_derail::model {
 
 using Eigen::Vector3d;
 
-SpatialTrucks::SpatialTrucks(SpatialCars& cars, SpatialBed& bed, const ExtendedKernels& loops, Record& record)
+SpatialTrucks::SpatialTrucks(SpatialCars& cars, const std::vector<Car>& train, SpatialBed& bed, AirBrakes& brakes,
+                             const ExtendedKernels& loops, Record& record)
     : cars_(cars),
       bed_(bed),
+      brakes_(brakes),
       loops_(loops),
       record_(record),
+      ties_(cars.scenario, train, record),
+      bad_places_(bad_places(cars.scenario, cars.n)),
       cos_part_(cars.scenario.suspension.part_angle < M_PI ? std::cos(cars.scenario.suspension.part_angle) : -2.0) {
   const std::size_t n = cars.n, trucks = 2 * n;
-  for (const Body& b : cars.bodies) rail_dampings_.push_back(rail_damping(cars.scenario.rails, b.mass));
+  for (const Body& b : cars.bodies) {
+    rail_dampings_.push_back(rail_damping(cars.scenario.rails, b.mass));
+    ground_share_.push_back(friction_weight(cars.scenario.ground, b.weight) / b.weight);
+    rail_share_.push_back(holding_load(cars.scenario.rails, 1.0, b.weight));
+  }
+  if (cars.scenario.rails.load_exponent != 1.0) holding_load_.assign(trucks, 0.0);
   lost_.assign(trucks, false);
   past_.assign(n, false);
   first_cause_.assign(n, Cause::none);
+  cause_.assign(trucks, Cause::none);
   for (auto* a :
        {&arc_, &offset_, &overloaded_, &lateral_, &lateral_before_, &kick_, &braked_, &braked_next_, &load_, &leaning_,
         &brake_, &damper_, &rocker_, &place_x_, &place_y_, &load_held_, &leaning_held_, &grounded_})
@@ -33,7 +44,7 @@ SpatialTrucks::SpatialTrucks(SpatialCars& cars, SpatialBed& bed, const ExtendedK
   for (auto* a : {&sheared_, &sheared_next_, &under_}) a->assign(6 * trucks, 0.0);
   for (auto* a : {&pushed_damped_, &rubbed_}) a->assign(6 * n, 0.0);
   feet_.assign(2 * trucks, 0.0);
-  grip_.assign(trucks, 1.0);
+  for (std::size_t truck = 0; truck < trucks; ++truck) grip_.push_back(ground_share_[cars.car_of(truck)]);
   on_rails_.assign(trucks, 1.0);
   tangent_x_.assign(trucks, 1.0);
   tangent_y_.assign(trucks, 0.0);
@@ -77,6 +88,8 @@ void SpatialTrucks::show() {
   a.under = under_.data();
   a.pushed_damped = pushed_damped_.data();
   a.rubbed = rubbed_.data();
+  a.ties = ties_.on() ? &ties_.law() : nullptr;
+  ties_.show(a);
   show_strain();
 }
 
@@ -93,10 +106,14 @@ void SpatialTrucks::start() {
   cars_.wide.places(cars_.arrays, cars_.state, place_x_.data(), place_y_.data());
   for (std::size_t truck = 0; truck < 2 * n; ++truck)
     arc_[truck] = bed_.track.nearest({place_x_[truck], place_y_[truck]});
+  const inputs::Mechanism mechanism = cars_.scenario.initial.mechanism;
   const auto ahead = static_cast<std::size_t>(cars_.scenario.initial.cars_ahead);
   for (std::size_t k = ahead; k < n; ++k) past_[k] = cars_.at(k).centre.x() >= 0.0;
+  const bool broken_rail = mechanism == inputs::Mechanism::broken_rail;
+  const std::size_t first = cars_.truck_of(ahead, starts_with_front(cars_.scenario));
   for (std::size_t truck = 0; truck < 2 * n; ++truck) {
-    if (cars_.car_of(truck) >= ahead && arc_[truck] >= 0.0) leave(0.0, truck, Cause::pod, nullptr);
+    if (broken_rail ? cars_.car_of(truck) >= ahead && arc_[truck] >= 0.0 : truck == first)
+      leave(0.0, truck, cause_of(mechanism), nullptr);
   }
   order_derailments();
   find_standing();
@@ -111,9 +128,9 @@ void SpatialTrucks::find_ground() {
 
 void SpatialTrucks::find_ground_under(std::size_t truck) {
   const std::vector<inputs::GroundPatch>& patches = cars_.scenario.ground.patches;
-  if (!patches.empty()) grip_[truck] = patch_factor(patches, arc_[truck], offset_[truck]);
-  if (cars_.arrays.section != nullptr) return;
   const std::size_t car = cars_.car_of(truck), wheels = 4 * cars_.n;
+  if (!patches.empty()) grip_[truck] = ground_share_[car] * patch_factor(patches, arc_[truck], offset_[truck]);
+  if (cars_.arrays.section != nullptr) return;
   const SpatialMotion& q = cars_.at(car);
   for (const bool left : {false, true}) {
     const std::size_t number = (left ? 2 * cars_.n : 0) + truck;
@@ -126,7 +143,7 @@ void SpatialTrucks::find_ground_under(std::size_t truck) {
 
 void SpatialTrucks::find_grounded(std::size_t car) {
   for (const std::size_t truck : {car, cars_.n + car})
-    grounded_[truck] = on_rails_[truck] == 0.0 && !lost_[truck] && !cars_.rest.lies(car) ? 1.0 : 0.0;
+    grounded_[truck] = on_ground(truck) && !lost_[truck] && !cars_.rest.lies(car) ? 1.0 : 0.0;
 }
 
 /// Loops that skip a car leave what they have found of it.
@@ -139,7 +156,7 @@ void SpatialTrucks::hold(std::size_t car) {
   for (const std::size_t truck : {car, cars_.n + car}) {
     grounded_[truck] = 0.0;
     for (std::size_t c = 0; c < 6; ++c) sheared_next_[c * trucks + truck] = sheared_[c * trucks + truck];
-    if (on_rails_[truck] != 0.0) continue;
+    if (!on_ground(truck)) continue;
     load_held_[truck] = load_[truck];
     leaning_held_[truck] = leaning_[truck];
   }
@@ -150,7 +167,7 @@ void SpatialTrucks::release(std::size_t car) {
   find_grounded(car);
   for (const std::size_t truck : {car, cars_.n + car}) {
     load_held_[truck] = leaning_held_[truck] = 0.0;
-    if (on_rails_[truck] != 0.0) continue;
+    if (!on_ground(truck)) continue;
     load_[truck] = leaning_[truck] = 0.0;
     if (grounded_[truck] != 0.0) find_ground_under(truck);
   }
@@ -174,7 +191,7 @@ double SpatialTrucks::energy(std::size_t truck, const SpatialMotion& q) const {
   double e = 0.0;
   for (const bool left : {false, true}) {
     const Vector3d place = wheel(q, truck, left);
-    const double ground = on_rails_[truck] != 0.0 ? bed_.rails(place, arc_[truck]) : bed_.ground(place, arc_[truck]).z;
+    const double ground = !on_ground(truck) ? bed_.rails(place, arc_[truck]) : bed_.ground(place, arc_[truck]).z;
     const double depth = std::max(b.sag - (place.z() - ground), 0.0);
     e += 0.5 * b.spring * depth * depth;
   }
@@ -183,6 +200,21 @@ double SpatialTrucks::energy(std::size_t truck, const SpatialMotion& q) const {
 
 void SpatialTrucks::leave(double t, std::size_t truck, Cause cause, double* y) {
   const std::size_t car = cars_.car_of(truck);
+  const Vector3d p = cars_.at(car).point(cars_.truck_place(truck));
+  cause_[truck] = cause;
+  overloaded_[truck] = lateral_[truck] = braked_[truck] = 0.0;
+  record_.incidents.derailments.push_back({t, static_cast<Eigen::Index>(car), truck < cars_.n, cause, p.x(), p.y()});
+  const bool first_of_train_forces = cause == Cause::lateral && t == 0.0;
+  if (ties_.on() && (cause == Cause::bad_track || cause == Cause::defect || first_of_train_forces)) {
+    ties_.begin(t, static_cast<Eigen::Index>(truck), 0.0);
+    return;
+  }
+  drop(truck);
+  if (cause == Cause::pod || cause == Cause::bad_track) push_sideways(truck, kick_[truck], y);
+}
+
+void SpatialTrucks::drop(std::size_t truck) {
+  const std::size_t car = cars_.car_of(truck);
   const SpatialMotion& q = cars_.at(car);
   const double stored = energy(truck, q);
   cars_.rest.wake(car);  // before forces are found again
@@ -190,21 +222,44 @@ void SpatialTrucks::leave(double t, std::size_t truck, Cause cause, double* y) {
   for (const std::size_t both : {car, cars_.n + car}) load_held_[both] = leaning_held_[both] = 0.0;
   find_grounded(car);
   loose_.insert(std::lower_bound(loose_.begin(), loose_.end(), truck), truck);
-  overloaded_[truck] = lateral_[truck] = braked_[truck] = 0.0;
   // What the springs held up falls from the rails to the ground.
   record_.spent.work_rails += stored - energy(truck, q);
-  const Vector3d p = q.point(cars_.truck_place(truck));
-  record_.incidents.derailments.push_back({t, static_cast<Eigen::Index>(car), truck < cars_.n, cause, p.x(), p.y()});
   bed_.track.tear(arc_[truck]);
-  if (cause == Cause::pod && kick_[truck] != 0.0 && y != nullptr) push_sideways(truck, y);
 }
 
-/// An impulse at the truck, in the plane, across the car, that changes the truck's velocity by the kick.
-void SpatialTrucks::push_sideways(std::size_t truck, double* y) {
+void SpatialTrucks::leave_bed(double t, std::size_t truck, TieRun::End by, double* y) {
+  const auto i = static_cast<Eigen::Index>(truck);
+  ties_.end(t, i, by);
+  lateral_[truck] = braked_[truck] = 0.0;
+  drop(truck);
+  if (by == TieRun::End::obstacle) push_sideways(truck, ties_.throw_speed(i), y);
+}
+
+/// In a step of length h from t on.
+void SpatialTrucks::run_on_ties(double t, double h, std::size_t truck, double* y) {
+  const TieRuns::Met met = ties_.run(static_cast<Eigen::Index>(truck), arc_before_[truck], arc_[truck]);
+  const double moment = t + met.share * h;
+  if (met.parted) brakes_.part(moment, static_cast<Eigen::Index>(cars_.car_of(truck)));
+  if (met.thrown) leave_bed(moment, truck, TieRun::End::obstacle, y);
+}
+
+void SpatialTrucks::drift(double t) {
+  const std::vector<Eigen::Index> running = ties_.running();  // some of them may end
+  for (const Eigen::Index i : running) {
+    const auto truck = static_cast<std::size_t>(i);
+    if (!ties_.drift(i, offset_[truck], load_[truck])) continue;
+    leave_bed(t, truck, TieRun::End::drift, nullptr);
+    offset_[truck] += bed_.track.alignment(arc_[truck]);
+  }
+}
+
+/// An impulse at the truck, in the plane, across the car, that changes the truck's velocity by `speed`.
+void SpatialTrucks::push_sideways(std::size_t truck, double speed, double* y) {
+  if (speed == 0.0 || y == nullptr) return;
   const std::size_t n = cars_.n, car = cars_.car_of(truck);
   const Body& b = cars_.bodies[car];
   const double arm = cars_.arm_of(truck);
-  const double impulse = kick_[truck] / (1.0 / b.mass + arm * arm / b.inertia.z());
+  const double impulse = speed / (1.0 / b.mass + arm * arm / b.inertia.z());
   const Vector3d across = cars_.at(car).axes.col(1);
   const double kinetic_before = b.kinetic(cars_.at(car));
   y[SVX * n + car] += impulse / b.mass * across.x();
@@ -231,12 +286,18 @@ void SpatialTrucks::pass(double t, double h, double* y) {
         arc_[truck] = track.foot({place_x_[truck], place_y_[truck]}, arc_[truck]);
   }
   for (std::size_t truck = 0; truck < 2 * n; ++truck) {
-    if (on_rails_[truck] == 0.0) continue;
-    const double from = arc_before_[truck], s = arc_[truck];
-    if (cars_.car_of(truck) >= ahead && from < 0.0 && s >= 0.0) leave(t + h - h * s / (s - from), truck, Cause::pod, y);
+    if (on_ground(truck)) continue;
+    if (derailed(truck)) {
+      run_on_ties(t, h, truck, y);
+      continue;
+    }
+    const double from = arc_before_[truck], s = arc_[truck], bad_place = bad_places_[truck];
+    if (cars_.car_of(truck) >= ahead && from < bad_place && s >= bad_place)
+      leave(t + h - h * (s - bad_place) / (s - from), truck, cause_of(cars_.scenario.initial.mechanism), y);
     else if (s >= track.torn_from() && s <= track.torn_to() && track.torn(s)) leave(t + h, truck, Cause::torn_track, y);
   }
   find_offsets();
+  drift(t + h);
 }
 
 /// Of all trucks at their arc lengths.
@@ -247,7 +308,7 @@ void SpatialTrucks::find_offsets() {
     offset_ = place_y_;
   } else {
     for (std::size_t truck = 0; truck < trucks; ++truck) {
-      if (on_rails_[truck] == 0.0 && cars_.rest.lies(cars_.car_of(truck))) continue;
+      if (on_ground(truck) && cars_.rest.lies(cars_.car_of(truck))) continue;
       const Track::Node node = track.at(arc_[truck]);
       tangent_x_[truck] = node.tangent.x();
       tangent_y_[truck] = node.tangent.y();
@@ -256,7 +317,7 @@ void SpatialTrucks::find_offsets() {
     }
   }
   for (std::size_t truck = 0; truck < rail_height_.size(); ++truck) {
-    if (on_rails_[truck] == 0.0) continue;
+    if (on_ground(truck)) continue;
     const TrackProfile::Place along = bed_.profile.at(arc_[truck]);
     rail_height_[truck] = along.height;
     rail_slope_[truck] = along.slope;
@@ -273,10 +334,12 @@ bool SpatialTrucks::give_way(double t, double h) {
   const std::size_t n = cars_.n;
   const inputs::Rails& rails = cars_.scenario.rails;
   const CarRange all{0, static_cast<std::ptrdiff_t>(2 * n)};
-  bool any =
-      loops_.overload({&all, 1}, rails, h, lateral_before_.data(), lateral_.data(), load_.data(), overloaded_.data());
+  for (std::size_t truck = 0; truck < holding_load_.size(); ++truck)
+    holding_load_[truck] = rail_share_[cars_.car_of(truck)] * load_[truck];
+  const double* holding = holding_load_.empty() ? load_.data() : holding_load_.data();
+  bool any = loops_.overload({&all, 1}, rails, h, lateral_before_.data(), lateral_.data(), holding, overloaded_.data());
   for (std::size_t truck = 0; any && truck < 2 * n; ++truck) {
-    if (on_rails_[truck] == 0.0 || overloaded_[truck] <= rails.derail_time) continue;
+    if (derailed(truck) || overloaded_[truck] <= rails.derail_time) continue;
     leave(t, truck, Cause::lateral, nullptr);
     offset_[truck] += bed_.track.alignment(arc_[truck]);
   }
@@ -308,6 +371,7 @@ void SpatialTrucks::walk(files::Archive& archive) {
   archive.flags("lost", lost_);
   archive.flags("past", past_);
   archive.list("first_cause", first_cause_, [&](Cause& c) { archive.value("cause", c); });
+  archive.list("cause", cause_, [&](Cause& c) { archive.value("cause", c); });
   archive.column("arc", arc_);
   // Of cars that lie these are not found again.
   archive.column("offset", offset_);
@@ -320,12 +384,13 @@ void SpatialTrucks::walk(files::Archive& archive) {
   archive.column("feet", feet_);
   archive.column("sheared", sheared_);
   archive.value("ordered", ordered_);
+  archive.group("ties", [&] { ties_.walk(archive); });
 }
 
 void SpatialTrucks::restored() {
   loose_.clear();
   for (std::size_t truck = 0; truck < 2 * cars_.n; ++truck)
-    if (on_rails_[truck] == 0.0) loose_.push_back(truck);
+    if (on_ground(truck)) loose_.push_back(truck);
   sheared_next_ = sheared_;
   show_strain();
   for (std::size_t car = 0; car < cars_.n; ++car) {

@@ -1,5 +1,6 @@
 /// \file
-/// Trucks of the spatial model: on the rails or off them, or parted from their body; and what leaves the rails.
+/// Trucks of the spatial model: on the rails, on the ties or on the ground, or parted from their body; and what leaves
+/// the rails. A truck on the ties is carried as high as one on the rails.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +8,11 @@
 
 #include <Eigen/Geometry>
 
+#include "model/air_brakes.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
 #include "model/spatial_cars.hpp"
+#include "model/tie_runs.hpp"
 #include "train_derail/files/archive.hpp"
 #include "train_derail/model/spatial_bed.hpp"
 
@@ -17,11 +20,13 @@ namespace train_derail::model {
 
 class SpatialTrucks {
  public:
-  SpatialTrucks(SpatialCars& cars, SpatialBed& bed, const ExtendedKernels& loops, Record& record);
+  /// A truck on the ties may open the pipe of `brakes`. What is handed in must outlive the object.
+  SpatialTrucks(SpatialCars& cars, const std::vector<Car>& train, SpatialBed& bed, AirBrakes& brakes,
+                const ExtendedKernels& loops, Record& record);
 
   /// What has happened before the first step: trucks that start past the point of derailment are off the rails.
   void start();
-  /// The ground under all trucks off the rails, but of cars that lie.
+  /// The ground under all trucks that it carries, but of cars that lie.
   void find_ground();
   /// Finds all trucks on the track after a step; those that have come to its broken or torn parts leave it.
   void pass(double t, double h, double* y);
@@ -36,8 +41,10 @@ class SpatialTrucks {
   /// Derailments of this step in the order of their time.
   void order_derailments();
 
-  bool off(std::size_t car) const { return on_rails_[car] == 0.0 || on_rails_[cars_.n + car] == 0.0; }
-  bool off_rails(std::size_t truck) const { return on_rails_[truck] == 0.0; }
+  /// A truck of the car is off the rails, on the ties or beside them.
+  bool off(std::size_t car) const { return derailed(car) || derailed(cars_.n + car); }
+  /// The ground carries a truck of the car, or would.
+  bool grounded(std::size_t car) const { return on_ground(car) || on_ground(cars_.n + car); }
   bool lost(std::size_t truck) const { return lost_[truck]; }
   bool past(std::size_t car) const { return past_[car]; }
   Cause cause(std::size_t car) const { return first_cause_[car]; }
@@ -64,25 +71,39 @@ class SpatialTrucks {
   void find_grounded(std::size_t car);
   void forget_taken(std::size_t car);
   void show_strain();
+  bool derailed(std::size_t truck) const { return cause_[truck] != Cause::none; }
+  bool on_ground(std::size_t truck) const { return on_rails_[truck] == 0.0; }
   void leave(double t, std::size_t truck, Cause cause, double* y);
-  void push_sideways(std::size_t truck, double* y);
+  /// The ground carries the truck from now on.
+  void drop(std::size_t truck);
+  void leave_bed(double t, std::size_t truck, TieRun::End by, double* y);
+  /// Trucks on the ties follow the force; those that have drifted too far leave the track bed at time t.
+  void drift(double t);
+  void run_on_ties(double t, double h, std::size_t truck, double* y);
+  void push_sideways(std::size_t truck, double speed, double* y);
   void find_offsets();
   void find_standing();
 
   SpatialCars& cars_;
   SpatialBed& bed_;
+  AirBrakes& brakes_;
   const ExtendedKernels& loops_;
   Record& record_;
+  TieRuns ties_;
+  const std::vector<double> bad_places_;
   const double cos_part_;
   std::vector<bool> lost_, past_;
-  std::vector<std::size_t> loose_;  // trucks that are off the rails, in order
-  std::vector<Cause> first_cause_;
+  std::vector<std::size_t> loose_;  // trucks that are neither on the rails nor on the ties, in order
+  std::vector<Cause> first_cause_, cause_;
   std::vector<double> rail_dampings_, on_rails_, arc_, arc_before_, offset_, tangent_x_, tangent_y_, place_x_, place_y_,
       overloaded_, lateral_, lateral_before_, kick_;
   std::vector<double> rail_height_, rail_slope_, rail_tilt_, rail_twist_;  // empty where all rails are flat
   std::vector<double> load_held_, leaning_held_;  // of trucks off the rails, of cars that lie; else 0
   std::vector<double> grounded_, grip_, under_, feet_, sheared_, sheared_next_, pushed_damped_, rubbed_;
   std::vector<double> load_, leaning_, brake_, damper_, rocker_, braked_, braked_next_;
+  // By the weight of the car: of friction on the ground, of what rails hold.
+  std::vector<double> ground_share_, rail_share_;
+  std::vector<double> holding_load_;        // empty where it is the load
   std::size_t ordered_ = 0, standing_ = 0;  // ordered: derailments
 };
 

@@ -58,12 +58,6 @@ void TieRuns::place_obstacles(const inputs::Scenario& scenario) {
                    [](const Obstacle& a, const Obstacle& b) { return a.at < b.at; });
 }
 
-void TieRuns::show(TruckArrays& arrays) const {
-  arrays.guided = guided_.data();
-  arrays.drift = drift_.data();
-  arrays.tie_damping = damping_.data();
-}
-
 void TieRuns::begin(double t, Eigen::Index truck, double offset) {
   const auto i = static_cast<std::size_t>(truck);
   std::vector<TieRun>& runs = record_.incidents.tie_runs;

@@ -24,7 +24,12 @@ class TieRuns {
   /// Trucks that do so now, in the order in which they began.
   const std::vector<Eigen::Index>& running() const { return running_; }
   /// What the loops need; valid as long as the object lives.
-  void show(TruckArrays& arrays) const;
+  template <class Arrays>
+  void show(Arrays& arrays) const {
+    arrays.guided = guided_.data();
+    arrays.drift = drift_.data();
+    arrays.tie_damping = damping_.data();
+  }
 
   /// The truck begins to run at time t [s], where it is off the centre line by `offset` [m].
   void begin(double t, Eigen::Index truck, double offset);

@@ -4,9 +4,11 @@
 
 namespace train_derail::model {
 
-Traction::Traction(const inputs::Scenario& scenario, const std::vector<Car>& cars, const AirBrakes& brakes,
-                   const Trucks& trucks, Record& record)
-    : speed_(scenario.initial.speed), brakes_(brakes), trucks_(trucks), record_(record) {
+void Locomotive::find(bool pulls, double along) { pull = pulls ? traction_force(held, most, speed, along) : 0.0; }
+
+std::vector<Locomotive> locomotives_of(const inputs::Scenario& scenario, const std::vector<Car>& cars) {
+  std::vector<Locomotive> found;
+  if (scenario.traction.law == inputs::TractionLaw::none) return found;
   double weight = 0.0, of_locomotives = 0.0;
   std::size_t car = 0;
   for (const inputs::CarBlock& block : scenario.consist) {
@@ -15,21 +17,25 @@ Traction::Traction(const inputs::Scenario& scenario, const std::vector<Car>& car
       weight += cars[car].weight;
       if (!pulls) continue;
       of_locomotives += cars[car].weight;
-      locomotives_.push_back({static_cast<Eigen::Index>(car), 0.0, scenario.traction.adhesion * cars[car].weight, 0.0});
+      found.push_back({static_cast<Eigen::Index>(car), 0.0, scenario.traction.adhesion * cars[car].weight,
+                       scenario.initial.speed, 0.0});
     }
   }
-  for (Locomotive& l : locomotives_) {
+  for (Locomotive& l : found) {
     l.held = held_force(scenario.brakes.rolling_resistance, scenario.track.grade, weight) *
              (cars[static_cast<std::size_t>(l.car)].weight / of_locomotives);
   }
+  return found;
 }
+
+Traction::Traction(const inputs::Scenario& scenario, const std::vector<Car>& cars, const AirBrakes& brakes,
+                   const Trucks& trucks, Record& record)
+    : brakes_(brakes), trucks_(trucks), record_(record), locomotives_(locomotives_of(scenario, cars)) {}
 
 void Traction::add(double t, double /*h*/, const CarColumns& cars, const Wrenches& sum) {
   for (Locomotive& l : locomotives_) {
     const Eigen::Index k = l.car;
-    const double along = cars.vx[k] * cars.cosine[k] + cars.vy[k] * cars.sine[k];
-    const bool pulls = t < brakes_.signal(k) && !trucks_.derailed(k);
-    l.pull = pulls ? traction_force(l.held, l.most, speed_, along) : 0.0;
+    l.find(t < brakes_.signal(k) && !trucks_.derailed(k), cars.vx[k] * cars.cosine[k] + cars.vy[k] * cars.sine[k]);
     sum.fx[k] += l.pull * cars.cosine[k];
     sum.fy[k] += l.pull * cars.sine[k];
   }

@@ -10,6 +10,20 @@
 
 namespace train_derail::model {
 
+/// A locomotive that pulls on.
+struct Locomotive {
+  Eigen::Index car;
+  double held;   ///< its share of the force that held the train at its speed [N]
+  double most;   ///< N
+  double speed;  ///< of the train at the start [m/s]
+  double pull;   ///< as found last, forward positive [N]
+
+  /// Finds it at the speed `along`, forward [m/s].
+  void find(bool pulls, double along);
+};
+/// Those of a train; none where traction.law is none.
+std::vector<Locomotive> locomotives_of(const inputs::Scenario& scenario, const std::vector<Car>& cars);
+
 /// It acts on locomotives whose trucks are both on the rails, along their heading.
 class Traction final : public Part {
  public:
@@ -23,13 +37,6 @@ class Traction final : public Part {
   void walk(files::Archive& /*archive*/) override {}
 
  private:
-  struct Locomotive {
-    Eigen::Index car;
-    double held;  ///< its share of the force that held the train at its speed [N]
-    double most;  ///< N
-    double pull;  ///< now, forward positive [N]
-  };
-  const double speed_;  // of the train at the start [m/s]
   const AirBrakes& brakes_;
   const Trucks& trucks_;
   Record& record_;

@@ -5,8 +5,6 @@
 
 #include "extended_fixtures.hpp"
 #include "model/derailment_start.hpp"
-#include "train_derail/inputs/error.hpp"
-#include "train_derail/inputs/reader.hpp"
 
 namespace train_derail {
 namespace {
@@ -191,30 +189,6 @@ TEST(Mechanisms, StandStillOnTheTiesAtTheStart) {
     EXPECT_FALSE(model::starts_on_ties(rolling(m, inputs::TieLaw::none)));
     EXPECT_NEAR(Train(rolling(m, inputs::TieLaw::none)).car(2).omega, s.initial.yaw_rate, 0.01);
   }
-}
-
-TEST(Mechanisms, AreRefusedWhereNoModelHasThem) {
-  const auto refusal = [](const inputs::Scenario& s) -> std::string {
-    try {
-      inputs::validate(s);
-    } catch (const inputs::InputError& e) {
-      return e.what();
-    }
-    return "no error";
-  };
-  inputs::Scenario s = rolling(Mechanism::dragging_truck);
-  EXPECT_EQ(refusal(s), "no error");
-  s.model = inputs::Model::spatial;
-  EXPECT_EQ(refusal(s),
-            "scenario: initial.mechanism = 'dragging_truck': cannot be computed by model: spatial; allowed: leave this "
-            "key out, or model: extended");
-  s.initial.mechanism = Mechanism::broken_rail;
-  EXPECT_EQ(refusal(s).rfind("scenario: ties.law = 'guided': cannot be computed by model: spatial", 0), 0u);
-  s.ties.law = inputs::TieLaw::none;
-  s.ground.load_exponent = 0.6;
-  EXPECT_EQ(refusal(s).rfind("scenario: ground.load_exponent = '0.6': cannot be computed by model: spatial", 0), 0u);
-  s.ground.load_exponent = 1.0;
-  EXPECT_EQ(refusal(s), "no error");
 }
 
 }  // namespace

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "extended_fixtures.hpp"
-#include "train_derail/inputs/error.hpp"
-#include "train_derail/inputs/reader.hpp"
 #include "train_derail/model/traction_law.hpp"
 
 namespace train_derail {
@@ -123,20 +121,6 @@ TEST(Traction, NeedsALocomotive) {
   inputs::Scenario s = held(0.006, kResistance);
   s.consist[0].name = "car";
   coasts_from(0.0, s);
-}
-
-TEST(Traction, IsRefusedByTheSpatialModel) {
-  inputs::Scenario s = held(0.0, 0.0);
-  s.model = inputs::Model::spatial;
-  s.initial.mechanism = inputs::Mechanism::broken_rail;
-  s.ties = {};
-  try {
-    inputs::validate(s);
-    FAIL();
-  } catch (const inputs::InputError& e) {
-    EXPECT_EQ(e.key(), "traction.law");
-    EXPECT_EQ(e.value(), "steady");
-  }
 }
 
 }  // namespace

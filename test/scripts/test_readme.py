@@ -51,18 +51,20 @@ class ReadmeTest(unittest.TestCase):
     def section(self, heading):
         return self.text.split('\n## %s\n' % heading)[1].split('\n## ')[0]
 
-    def test_prose_is_at_most_100_columns_wide(self):
+    def test_prose_is_at_most_100_columns_wide_and_tables_are_whole(self):
         """Also of pages that the program writes: who wraps those by hand makes them untrue."""
-        wide = []
+        wide, broken = [], []
         for page in ['README.md', 'CONTRIBUTING.md', *sorted(glob.glob(os.path.join(ROOT, 'docs', '**', '*.md'), recursive=True))]:
             fenced = False
             for number, line in enumerate(read(page).splitlines(), 1):
                 if line.startswith('```'):
                     fenced = not fenced
                 whole = fenced or line.startswith(('    ', '#', '!', '<')) or line.lstrip().startswith('|') or 'http' in line
+                if not fenced and re.search(r'\|---\|.*[^-|: ]', line):
+                    broken.append('%s:%d: %s' % (page, number, line))
                 if len(line) > 100 and not whole:
                     wide.append('%s:%d: %d columns' % (os.path.relpath(os.path.join(ROOT, page), ROOT), number, len(line)))
-        self.assertEqual(wide, [])
+        self.assertEqual((wide, broken), ([], []))
 
     def test_the_page_of_outcomes_is_the_program_s(self):
         page = derail('fields')
