@@ -118,11 +118,14 @@ void SpatialContacts::press_all(double t, double h) {
   for (bool all = false; !all;) {
     all = true;
     for (Pair& pair : pairs_) {
-      const bool lie =
-          cars_.rest.lies(static_cast<std::size_t>(pair.a)) && cars_.rest.lies(static_cast<std::size_t>(pair.b));
+      const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
+      const bool lie = cars_.rest.any() && cars_.rest.lies(a) && cars_.rest.lies(b);
       if (lie || pair.round == cars_.round) continue;
       pair.round = cars_.round;
-      if (touch(t, h, pair)) all = false;
+      // As far as they were apart, less what they may have moved since then, they need not be looked at.
+      pair.apart -=
+          1.05 * h * ((cars_.velocity(a) - cars_.velocity(b)).cwiseAbs().sum() + cars_.swirl[a] + cars_.swirl[b]);
+      if (!(pair.apart > 0.0) && touch(t, h, pair)) all = false;
     }
   }
 }
@@ -130,9 +133,6 @@ void SpatialContacts::press_all(double t, double h) {
 /// True if it has woken a car.
 bool SpatialContacts::touch(double t, double h, Pair& pair) {
   const auto a = static_cast<std::size_t>(pair.a), b = static_cast<std::size_t>(pair.b);
-  // As far as they were apart, less what they may have moved_ since then, they need not be looked at.
-  pair.apart -= 1.05 * h * ((cars_.velocity(a) - cars_.velocity(b)).cwiseAbs().sum() + cars_.swirl[a] + cars_.swirl[b]);
-  if (pair.apart > 0.0) return false;
   const BodyContact contact = meet(pair);
   const BodyManifold& m = contact.manifold;
   pair.axis = m.axis;

@@ -35,13 +35,13 @@ class SpatialContacts {
   struct Pair {
     int a, b;
     int axis = -1;
+    std::int64_t round = 0;
+    double apart = 0.0;  // at least [m]
     double crushed = 0.0;
     Eigen::Vector3d sheared = Eigen::Vector3d::Zero();  // how far friction has been strained
-    double apart = 0.0;                                 // at least [m]
     int impact = -1;
     double seen = 0.0;
     Held held = {};  // where one of the two lies still
-    std::int64_t round = 0;
 
     bool has(std::size_t car) const { return static_cast<std::size_t>(a) == car || static_cast<std::size_t>(b) == car; }
     /// One of the two comes to rest. From cars that are apart any force is new to it.
