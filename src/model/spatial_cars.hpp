@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "model/rest.hpp"
+#include "model/rotation.hpp"
 #include "model/spatial_kernels.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/energy_ledger.hpp"
@@ -22,6 +23,9 @@ namespace train_derail::model {
 
 /// Where what a force takes is put in the ledger. What is stored comes from the state.
 enum Account { ON_TRACK, OFF_TRACK, BODY_GROUND, IMPACT_NORMAL, IMPACT_FRICTION, kAccounts };
+
+inline Three<double> three(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+inline Eigen::Vector3d vector(const Three<double>& v) { return {v.x, v.y, v.z}; }
 
 struct Wrench {
   Eigen::Vector3d force, torque;  // N; about the centre of mass, world frame [N m]

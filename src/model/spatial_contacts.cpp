@@ -27,20 +27,12 @@ Face face_met(const Body& body, const SpatialMotion& car, const Vector3d& push) 
   return own.y() < 0.0 ? Face::left : Face::right;
 }
 
-/// Forces on one car that push another back.
-struct Shared {
-  Vector3d force = Vector3d::Zero(), torque = force, torque_back = force;
-
-  void add(const Vector3d& f, const Vector3d& arm, const Vector3d& arm_back) {
-    force += f;
-    torque += arm.cross(f);
-    torque_back -= arm_back.cross(f);
-  }
-  void push(SpatialCars& cars, std::size_t car, std::size_t back, Account account) const {
-    cars.push(car, account, {force, torque});
-    cars.push(back, account, {-force, torque_back});
-  }
-};
+/// Forces on one car that push another back, whose centre is `between` behind its own.
+void push_apart(SpatialCars& cars, std::size_t car, std::size_t back, Account account, const Wrench& w,
+                const Vector3d& between) {
+  cars.push(car, account, w);
+  cars.push(back, account, {-w.force, -w.torque - between.cross(w.force)});
+}
 
 bool end_met(const Body& body, const SpatialMotion& car, const Vector3d& push) {
   const Face face = face_met(body, car, push);
@@ -151,18 +143,28 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
   // changes between loading and unloading.
   const double quiet = std::max(cars_.scenario.ground.regularization_speed, 10.0 * inputs::kStandardGravity * h);
   const auto points = static_cast<std::size_t>(m.count);
-  std::array<Vector3d, 8> slip;
+  // Numbers of their own, not Eigen's vectors: these go through memory after a cross product.
+  using Vector = Three<double>;
+  const Vector3d between = q.centre - r.centre;
+  const Vector centre = three(q.centre), along = three(m.normal), turns = three(q.rotation - r.rotation);
+  const Vector moves = three(q.velocity - r.velocity - r.rotation.cross(between));
+  std::array<Vector, 8> arm, slip;
   std::array<double, 8> pushes;
-  Vector3d first_velocity = Vector3d::Zero(), mean_slip = Vector3d::Zero();
-  double force = 0.0;
+  Vector first_velocity{}, mean_slip{}, mean_arm{};
+  double force = 0.0, fastest = 0.0;
   for (std::size_t i = 0; i < points; ++i) {
-    const Vector3d v = q.velocity_at(m.point[i]) - r.velocity_at(m.point[i]);
-    const double closing = -v.dot(m.normal);
-    if (i == 0 || closing > -first_velocity.dot(m.normal)) first_velocity = v;
+    arm[i] = three(m.point[i]) - centre;
+    const Vector v = moves + turns.cross(arm[i]);
+    const double closing = -v.dot(along);
+    if (i == 0 || closing > fastest) {
+      first_velocity = v;
+      fastest = closing;
+    }
     pushes[i] = m.share[i] * quiet_contact_force(law, m.depth[i], closing, quiet, pair.crushed);
-    slip[i] = v + closing * m.normal;
+    slip[i] = v + along * closing;
     force += pushes[i];
-    mean_slip += pushes[i] * slip[i];
+    mean_slip = mean_slip + slip[i] * pushes[i];
+    mean_arm = mean_arm + arm[i] * pushes[i];
     double& overlap = record_.incidents.overlap_max;
     overlap = std::max(overlap, m.depth[i] - pair.crushed);
   }
@@ -174,23 +176,22 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
   const double reduced = cars_.bodies[a].mass * cars_.bodies[b].mass / (cars_.bodies[a].mass + cars_.bodies[b].mass);
   const double rub_damping = friction_damping(law, reduced);
   pair.sheared -= pair.sheared.dot(m.normal) * m.normal;
-  pair.sheared += h / force * mean_slip;
+  pair.sheared += h / force * vector(mean_slip);
   const double strained = law.stiffness * pair.sheared.norm(), most = law.friction * force;
   if (strained > most) pair.sheared *= most / strained;
   const bool woken = wakes(pair, force * m.normal - law.stiffness * pair.sheared);
-  Shared normal, rubbing;
+  const Vector held = three(law.stiffness * pair.sheared);
+  Vector rubbing{}, turning{};
   for (std::size_t i = 0; i < points; ++i) {
-    const double part = pushes[i] / force;
-    Vector3d rub = -part * (law.stiffness * pair.sheared + rub_damping * slip[i]);
-    const double size = rub.norm(), limit = law.friction * pushes[i];
-    if (size > limit) rub *= limit / size;
-    const Vector3d arm_a = m.point[i] - q.centre, arm_b = m.point[i] - r.centre;
-    normal.add(pushes[i] * m.normal, arm_a, arm_b);
-    rubbing.add(rub, arm_a, arm_b);
+    const Vector rub = (held + slip[i] * rub_damping) * (-pushes[i] / force);
+    const double square = rub.dot(rub), limit = law.friction * pushes[i];
+    const Vector most_of_it = square > limit * limit ? rub * (limit / std::sqrt(square)) : rub;
+    rubbing = rubbing + most_of_it;
+    turning = turning + arm[i].cross(most_of_it);
   }
-  normal.push(cars_, a, b, IMPACT_NORMAL);
-  rubbing.push(cars_, a, b, IMPACT_FRICTION);
-  note(t, h, pair, m, first_velocity, force);
+  push_apart(cars_, a, b, IMPACT_NORMAL, {force * m.normal, vector(mean_arm.cross(along))}, between);
+  push_apart(cars_, a, b, IMPACT_FRICTION, {vector(rubbing), vector(turning)}, between);
+  note(t, h, pair, m, vector(first_velocity), force);
   return woken;
 }
 

@@ -11,9 +11,6 @@ namespace {
 // Assumed: enough to come to rest within some seconds, too little to change how tanks come to lie.
 constexpr double kRocking = 0.1;
 
-Three<double> three(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Vector3d vector(const Three<double>& v) { return {v.x, v.y, v.z}; }
-
 }  // namespace
 
 SpatialGround::SpatialGround(SpatialCars& cars, const SpatialBed& bed) : cars_(cars), bed_(bed) {
@@ -49,17 +46,18 @@ double SpatialGround::press_body_point(OnGround& sum, const SpatialMotion& q, st
                                        const Vector3d& place, const Vector3d& up, double depth, double s) {
   const inputs::Terrain& terrain = cars_.scenario.terrain;
   const double damping = cars_.bodies[car].ground_damping, mu = terrain.body_friction * bed_.patch_factor(place, s);
-  const Vector3d arm = place - q.centre;
-  const GroundPoint<double> p{three(up),
+  const Three<double> arm = three(place - q.centre), upward = three(up);
+  const GroundPoint<double> p{upward,
                               bed_.level() ? 1.0 : 1.0 / up.norm(),
-                              three(q.velocity + q.rotation.cross(arm)),
+                              three(q.velocity) + three(q.rotation).cross(arm),
                               three(sheared_[point]),
                               terrain.body_stiffness * depth,
                               damping,
                               damping};
   const GroundPush<double> found =
       push_of_ground(p, terrain.body_stiffness, cars_.step, [&](const Three<double>&) { return mu; });
-  const Vector3d turning = arm.cross(up), rub = vector(found.rub), rub_turning = arm.cross(rub);
+  const Vector3d turning = vector(arm.cross(upward)), rub = vector(found.rub),
+                 rub_turning = vector(arm.cross(found.rub));
   sheared_next_[point] = vector(found.strain);
   sum.any = true;
   sum.all.force += found.push * up + rub;

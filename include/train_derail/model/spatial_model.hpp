@@ -29,8 +29,6 @@ struct SpatialMotion {
 
   /// A point that is given from the centre of mass along the car's axes [m].
   Eigen::Vector3d point(const Eigen::Vector3d& own) const { return centre + axes * own; }
-  /// Velocity of the point of the car that is at `place` now [m/s].
-  Eigen::Vector3d velocity_at(const Eigen::Vector3d& place) const { return velocity + rotation.cross(place - centre); }
 };
 
 /// One object a run and a thread. A state holds, column by column, one entry a car each: x, y, z of the centre of mass;
