@@ -50,7 +50,45 @@ class PlanReader {
  public:
   PlanReader(std::string path, const PlanChanges& changes) : path_(std::move(path)), changes_(changes) {}
 
-  Plan read(const YAML::Node& root) {
+  Plan read(const YAML::Node& root) { return root["base"] ? changed_base(root) : whole(root); }
+
+ private:
+  /// Ways of another file with other studies.
+  Plan changed_base(const YAML::Node& root) {
+    std::string title, base, fitted_on;
+    std::map<std::string, std::string> studies;
+    for (const auto& entry : root) {
+      const std::string key = entry.first.as<std::string>("");
+      if (key == "title" && entry.second.IsScalar()) title = entry.second.Scalar();
+      else if (key == "base" && entry.second.IsScalar()) base = beside(entry.second);
+      else if (key == "fitted_on" && entry.second.IsScalar()) fitted_on = beside(entry.second);
+      else if (key == "studies" && entry.second.IsMap()) {
+        for (const auto& study : entry.second) {
+          if (!study.second.IsScalar())
+            throw InputError(where(study.first), "studies", study.first.as<std::string>(""), "not a file of a study",
+                             "the name of a way: a file");
+          studies[study.first.as<std::string>("")] = beside(study.second);
+        }
+      } else {
+        throw InputError(where(entry.first), key, "", "unknown key, or a value of the wrong kind",
+                         "title, fitted_on: text, base: a file of ways, studies: a file for each of its ways");
+      }
+    }
+    PlanReader reader(base, changes_);
+    reader.studies_ = studies;
+    Plan plan = reader.whole(inputs::load_file(base));
+    for (const auto& [name, file] : studies) {
+      const std::vector<const Way*> ways = plan.all_ways();
+      if (std::none_of(ways.begin(), ways.end(), [&, n = name](const Way* w) { return w->name == n; }))
+        throw InputError(path_, "studies", name, "no way of " + base, "a way that it has");
+    }
+    plan.rename(title);
+    plan.source = path_;
+    plan.fitted_on = fitted_on;
+    return plan;
+  }
+
+  Plan whole(const YAML::Node& root) {
     std::string title, causes, fitted_on;
     YAML::Node groups;
     std::vector<ClassWay> classes;
@@ -91,7 +129,6 @@ class PlanReader {
     return plan;
   }
 
- private:
   std::string where(const YAML::Node& node) const { return fmt::format("{}:{}", path_, node.Mark().line + 1); }
   std::string beside(const YAML::Node& node) const {
     return (std::filesystem::path(path_).parent_path() / node.Scalar()).string();
@@ -119,6 +156,7 @@ class PlanReader {
     for (const YAML::Node& item : node) {
       if (!item.IsMap() || item.size() != 2 || !item["class"] || !item["study"])
         throw InputError(where(item), "classes", "", "not a class and a study", allowed);
+      if (!studies_.empty()) continue;  // a class has the study that it was made for, or none
       ClassWay c;
       c.of = read_fitted_class(beside(item["class"]));
       c.way.study =
@@ -145,6 +183,7 @@ class PlanReader {
   }
   Way way(const YAML::Node& node, const std::string& group, const std::string& allowed) {
     Way w;
+    std::string file;
     if (!node.IsMap()) throw InputError(where(node), "groups." + group, "", "not a group of keys", allowed);
     for (const auto& entry : node) {
       const std::string key = entry.first.as<std::string>("");
@@ -155,20 +194,28 @@ class PlanReader {
       } else if (key == "speed_exponent") {
         w.speed_exponent = exponent(entry.first, entry.second, "groups." + group + ".speed_exponent");
       } else if (key == "study" && entry.second.IsScalar()) {
-        w.study = changed(study::read_study_file(beside(entry.second), changes_.overrides, changes_.spread), changes_);
+        file = beside(entry.second);
       } else {
         throw InputError(where(entry.first), "groups." + group + "." + key, "",
                          "unknown key, or a value of the wrong kind", allowed);
       }
     }
-    if (w.study.source.empty())
-      throw InputError(where(node), "groups." + group + ".study", "", "missing", "a file of a study");
-    if (w.name.empty()) w.name = std::filesystem::path(w.study.source).stem().string();
+    if (file.empty()) throw InputError(where(node), "groups." + group + ".study", "", "missing", "a file of a study");
+    if (w.name.empty()) w.name = std::filesystem::path(file).stem().string();
+    if (!studies_.empty()) {
+      const auto other = studies_.find(w.name);
+      if (other == studies_.end())
+        throw InputError(where(node), "studies." + w.name, "", "missing in the file that has this one as its base",
+                         "a file of a study");
+      file = other->second;
+    }
+    w.study = changed(study::read_study_file(file, changes_.overrides, changes_.spread), changes_);
     return w;
   }
 
   std::string path_;
   const PlanChanges& changes_;
+  std::map<std::string, std::string> studies_;  // instead of those of the file, by the name of a way; empty: as there
 };
 
 /// A number from 0 to 1 that belongs to an accident and a purpose (1, 2, ...), the same for all its members.
@@ -288,7 +335,7 @@ std::vector<std::string> Plan::keys() const {
 
 Plan read_plan(const std::string& path, const PlanChanges& changes) {
   const YAML::Node root = inputs::load_file(path);
-  if (root.IsMap() && root["groups"]) return PlanReader(path, changes).read(root);
+  if (root.IsMap() && (root["groups"] || root["studies"])) return PlanReader(path, changes).read(root);
   return changed(study::read_study_file(path, changes.overrides, changes.spread), changes);
 }
 

@@ -211,6 +211,52 @@ TEST_F(ByCause, TheShippedPlanIsReadAndGivesUnitTrainsOnBrokenRailsTheirStudyAsI
   }
 }
 
+TEST_F(ByCause, WaysOfAnotherFileHaveOtherStudies) {
+  const validation::Plan own = plan(kPlan + "positions_counting_locomotives: 0.25\n");
+  write("hard.yaml", "title: hard\nbase: study.yaml\nfactors:\n  - {key: rails.derail_ratio, low: 1.5, high: 1.6}\n");
+  const auto changed = [this](const std::string& studies) {
+    return write("changed.yaml", "title: changed\nbase: plan.yaml\nstudies: {" + studies + "}\n").string();
+  };
+  std::string both;
+  for (const validation::Way* w : own.all_ways()) {
+    if (both.find(w->name + ":") == std::string::npos) both += (both.empty() ? "" : ", ") + w->name + ": hard.yaml";
+  }
+  const validation::Plan other = validation::read_plan(changed(both));
+  EXPECT_EQ(other.title(), "changed");
+  EXPECT_EQ(other.positions_counting_locomotives, 0.25);
+  for (const std::string cause : {"T207", "E61C", "M405"}) {
+    const Accident a = accident(cause);
+    EXPECT_EQ(other.group_of(a), own.group_of(a));
+    ASSERT_EQ(other.ways_of(a).size(), own.ways_of(a).size());
+    EXPECT_EQ(other.shares_of(a), own.shares_of(a));
+    for (std::size_t i = 0; i < own.ways_of(a).size(); ++i) {
+      EXPECT_EQ(other.ways_of(a)[i].name, own.ways_of(a)[i].name);
+      EXPECT_EQ(std::filesystem::path(other.ways_of(a)[i].study.source).filename(), "hard.yaml");
+    }
+  }
+  const auto refusal = [&](const std::string& studies) -> std::string {
+    try {
+      validation::read_plan(changed(studies));
+    } catch (const inputs::InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_NE(refusal(both + ", nobody: hard.yaml").find("studies = 'nobody': no way of"), std::string::npos);
+  EXPECT_NE(refusal(both.substr(0, both.find(','))).find("missing in the file that has this one as its base"),
+            std::string::npos);
+  EXPECT_NE(refusal(both + ", list: [hard.yaml]").find("not a file of a study"), std::string::npos);
+}
+
+TEST_F(ByCause, ThePostureOfAllWaysHasTheSharesOfFreight) {
+  const validation::Plan freight = validation::read_plan(kSource + "/config/studies/freight.yaml");
+  const validation::Plan posture = validation::read_plan(kSource + "/config/studies/posture_ways.yaml");
+  Accident a = accident("T110");
+  a.speed_mph = 12.0;
+  EXPECT_EQ(posture.shares_of(a), freight.shares_of(a));
+  for (const validation::Way* w : posture.all_ways()) EXPECT_EQ(w->study.base.model, inputs::Model::spatial) << w->name;
+}
+
 TEST_F(ByCause, AShareOfThePositionsCountsTheLocomotives) {
   validation::Plan ways = plan("positions_counting_locomotives: 0.25\n" + kPlan);
   int moved = 0;

@@ -46,6 +46,7 @@ class Plan {
        const std::vector<ClassWay>& classes = {});
 
   const std::string& title() const { return title_; }
+  void rename(std::string title) { title_ = std::move(title); }
   /// Groups of causes; no path if one study is for all rows.
   const CauseGroups& causes() const { return causes_; }
   bool by_cause() const { return !causes_.path.empty(); }
@@ -95,7 +96,8 @@ struct PlanChanges {
   int members = 0;                          ///< members of a row instead of those in the files; 0: as there
   bool seeds_only = false;                  ///< inputs stay at those of the base scenarios
 };
-/// Reads a file of ways by cause (key `groups`), or of a study. Throws inputs::InputError.
+/// Reads a file of ways by cause (key `groups`; or `base` and `studies`: those of another file, without its classes,
+/// but with other studies), or of a study. Throws inputs::InputError.
 Plan read_plan(const std::string& path, const PlanChanges& changes = {});
 
 /// Returns the study without its factors and with as many members: they differ only by their seeds.
