@@ -111,6 +111,10 @@ bool DerailmentModel::derivative(const double* y, double* dydt) const {
   return kernels_->right_hand_side(*arrays_, y, dydt);
 }
 
+bool DerailmentModel::accelerations(const double* y, double* dydt) const {
+  return kernels_->accelerations(*arrays_, y, dydt);
+}
+
 double DerailmentModel::foremost_on_track(const double* y) const { return kernels_->foremost(*arrays_, y); }
 
 void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
@@ -140,9 +144,10 @@ void DerailmentModel::jacobian(const double* y, const SetEntry& set) const {
     const auto lead = static_cast<std::size_t>(i);
     const Dual dx(q(i, X) - q(i + 1, X), 4, 0), dy(q(i, Y) - q(i + 1, Y), 4, 1);
     const Dual theta_lead(q(i, THETA), 4, 2), theta_trail(q(i + 1, THETA), 4, 3);
-    const auto r = coupler_reaction<Dual>(coupler_, cos_limit_, constant(half_length_[i]),
-                                          constant(half_length_[i + 1]), dx, dy, Dual(cos(theta_lead)),
-                                          Dual(sin(theta_lead)), Dual(cos(theta_trail)), Dual(sin(theta_trail)));
+    CouplerReaction<Dual> r;
+    with_coupler_reaction<Dual>(coupler_, cos_limit_, constant(half_length_[i]), constant(half_length_[i + 1]), dx, dy,
+                                Dual(cos(theta_lead)), Dual(sin(theta_lead)), Dual(cos(theta_trail)),
+                                Dual(sin(theta_trail)), [&r](const CouplerReaction<Dual>& found) { r = found; });
     Eigen::Matrix<double, 3, 4> on_lead, on_trail;
     on_lead << r.fx.derivatives().transpose(), r.fy.derivatives().transpose(), r.moment_lead.derivatives().transpose();
     on_trail << -r.fx.derivatives().transpose(), -r.fy.derivatives().transpose(),

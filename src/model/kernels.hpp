@@ -43,6 +43,8 @@ struct PlanarKernels {
 struct DerailmentKernels : PlanarKernels {
   /// False if dydt is not finite.
   bool (*right_hand_side)(const DerailmentArrays&, const double* y, double* dydt);
+  /// The same, but for the rates of the positions, which stand in y.
+  bool (*accelerations)(const DerailmentArrays&, const double* y, double* dydt);
   /// Largest x of the cars that have not passed the point of derailment [m]; minus infinity if all have.
   double (*foremost)(const DerailmentArrays&, const double* y);
 };

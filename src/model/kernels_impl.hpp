@@ -21,59 +21,75 @@ template <class B>
   });
 }
 
+/// What the laws need of inputs::Coupler, without its texts: a copy that stays in registers.
 template <class B>
+struct LawNumbers {
+  explicit LawNumbers(const inputs::Coupler& c)
+      : length(c.length),
+        slack(c.slack),
+        stiffness(c.stiffness),
+        swing_limit(c.swing_limit),
+        swing_stiffness(c.swing_stiffness),
+        swing_moment_max(c.swing_moment_max) {}
+  double length, slack, stiffness, swing_limit, swing_stiffness, swing_moment_max;
+};
+
+template <class B, bool whole>
 [[gnu::flatten]] bool right_hand_side(const DerailmentArrays& arrays, const double* state, double* rate) {
   using L = Lanes<B>;
   // Copies, which no store through a pointer can change: they stay in registers.
   const DerailmentArrays a = arrays;
-  const inputs::Coupler coupler = *a.coupler;
+  const LawNumbers<B> coupler(*a.coupler);
   const std::ptrdiff_t n = a.cars;
   const double *x = state + X * n, *y = state + Y * n;
   const double *vx = state + VX * n, *vy = state + VY * n, *omega = state + OMEGA * n;
 
   headings<B>(n, state + THETA * n, a.cosine, a.sine);
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
-    const auto r = coupler_reaction<B>(coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
-                                       L::load(x + i) - L::load(x + i + 1), L::load(y + i) - L::load(y + i + 1),
-                                       L::load(a.cosine + i), L::load(a.sine + i), L::load(a.cosine + i + 1),
-                                       L::load(a.sine + i + 1));
-    L::store(r.fx, a.pin_x + i + 1);
-    L::store(r.fy, a.pin_y + i + 1);
-    L::store(r.moment_lead, a.moment_lead + i + 1);
-    L::store(r.moment_trail, a.moment_trail + i + 1);
+    with_coupler_reaction<B>(coupler, a.cos_limit, L::load(a.half_length + i), L::load(a.half_length + i + 1),
+                             L::load(x + i) - L::load(x + i + 1), L::load(y + i) - L::load(y + i + 1),
+                             L::load(a.cosine + i), L::load(a.sine + i), L::load(a.cosine + i + 1),
+                             L::load(a.sine + i + 1), [&](const CouplerReaction<B>& r) {
+                               L::store(r.fx, a.pin_x + i + 1);
+                               L::store(r.fy, a.pin_y + i + 1);
+                               L::store(r.moment_lead, a.moment_lead + i + 1);
+                               L::store(r.moment_trail, a.moment_trail + i + 1);
+                             });
   });
 
   static constexpr double kLane[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
   static_assert(L::count <= 8);
-  B power_on_track(0.0), power_off_track(0.0), all(0.0);
+  B power_all(0.0), power_off_track(0.0), all(0.0);  // powers are what the ground gives: negative
   for_blocks<L::count>(n, [&](std::ptrdiff_t k, std::ptrdiff_t done) {
     const B u = L::load(vx + k), v = L::load(vy + k), w = L::load(omega + k);
     const auto g = ground_reaction<B>(L::load(a.load + k), L::load(a.lateral + k), L::load(a.half_spacing + k),
                                       a.regularization_speed, L::load(a.cosine + k), L::load(a.sine + k), u, v, w);
     B power = g.fx * u + g.fy * v + g.moment * w;
     if (done > 0) power = select(L::load(kLane) < B(static_cast<double>(done)), B(0.0), power);
-    const B off_track = L::load(a.past_pod + k) * power;
-    power_off_track = power_off_track - off_track;
-    power_on_track = power_on_track - (power - off_track);
+    power_all = power_all + power;
+    power_off_track = power_off_track + L::load(a.past_pod + k) * power;
 
     // Coupler k - 1 pulls at the front of car k, coupler k at its rear; the ends of the train have none (zeros).
     const B fx = g.fx + L::load(a.pin_x + k + 1) - L::load(a.pin_x + k);
     const B fy = g.fy + L::load(a.pin_y + k + 1) - L::load(a.pin_y + k);
     const B moment = g.moment + L::load(a.moment_lead + k + 1) + L::load(a.moment_trail + k);
-    L::store(u, rate + X * n + k);
-    L::store(v, rate + Y * n + k);
-    L::store(w, rate + THETA * n + k);
-    const B ax = fx * L::load(a.inverse_mass + k), ay = fy * L::load(a.inverse_mass_y + k);
+    if constexpr (whole) {
+      L::store(u, rate + X * n + k);
+      L::store(v, rate + Y * n + k);
+      L::store(w, rate + THETA * n + k);
+    }
     const B alpha = moment * L::load(a.inverse_inertia + k);
-    L::store(ax, rate + VX * n + k);
-    L::store(ay, rate + VY * n + k);
+    L::store(fx * L::load(a.inverse_mass + k), rate + VX * n + k);
+    L::store(fy * L::load(a.inverse_mass_y + k), rate + VY * n + k);
     L::store(alpha, rate + OMEGA * n + k);
-    all = all + ((ax + ay) + alpha);
+    all = all + alpha;
   });
-  rate[kCoordinates * n + WORK_ON_TRACK] = L::sum(power_on_track);
-  rate[kCoordinates * n + WORK_OFF_TRACK] = L::sum(power_off_track);
-  // A velocity that is not finite makes the friction so, and that its own power.
-  return std::isfinite(L::sum(all + (power_on_track + power_off_track)));
+  const double off_track = L::sum(power_off_track), ground = L::sum(power_all);
+  rate[kCoordinates * n + WORK_ON_TRACK] = off_track - ground;
+  rate[kCoordinates * n + WORK_OFF_TRACK] = -off_track;
+  // A velocity that is not finite makes the friction so, and that its own power; a coupler's force that is not finite
+  // makes its moments so.
+  return std::isfinite(L::sum(all) + ground);
 }
 
 template <class B>
@@ -117,7 +133,7 @@ constexpr PlanarKernels planar_kernels(const char* instruction_set) {
 
 template <class B>
 constexpr DerailmentKernels derailment_kernels(const char* instruction_set) {
-  return {planar_kernels<B>(instruction_set), right_hand_side<B>, foremost<B>};
+  return {planar_kernels<B>(instruction_set), right_hand_side<B, true>, right_hand_side<B, false>, foremost<B>};
 }
 
 }  // namespace train_derail::model

@@ -1,6 +1,7 @@
 // What ground and couplers do to a car: eqs. (3)-(14) put together once for every kind of number.
 #pragma once
 
+#include "simd/blocks.hpp"
 #include "train_derail/model/coupler_law.hpp"
 #include "train_derail/model/ground_law.hpp"
 
@@ -17,9 +18,9 @@ struct GroundReaction {
 template <class T>
 GroundReaction<T> ground_reaction(const T& load, const T& lateral, const T& half_spacing, double v_eps, const T& c,
                                   const T& s, const T& vx, const T& vy, const T& omega) {
-  const T rim = half_spacing * omega, du = -rim * s, dv = rim * c;
-  const GroundForce<T> front = friction<T>(load, T(vx + du), T(lateral * (vy + dv)), v_eps);
-  const GroundForce<T> rear = friction<T>(load, T(vx - du), T(lateral * (vy - dv)), v_eps);
+  const T rim = half_spacing * omega;
+  const GroundForce<T> front = friction<T>(load, T(vx - rim * s), T(lateral * (vy + rim * c)), v_eps);
+  const GroundForce<T> rear = friction<T>(load, T(vx + rim * s), T(lateral * (vy - rim * c)), v_eps);
   return {T(front.x + rear.x), T(front.y + rear.y),
           T(half_spacing * (c * (front.y - rear.y) - s * (front.x - rear.x)))};
 }
@@ -30,17 +31,21 @@ struct CouplerReaction {
   T fx, fy, moment_lead, moment_trail;
 };
 
-/// (dx, dy): centre of the lead car minus centre of the trail car [m]; `half_...`: half the length of either [m].
-template <class T>
-CouplerReaction<T> coupler_reaction(const inputs::Coupler& law, double cos_limit, const T& half_lead,
-                                    const T& half_trail, const T& dx, const T& dy, const T& c_lead, const T& s_lead,
-                                    const T& c_trail, const T& s_trail) {
-  const CouplerLoad<T> b =
-      coupler_load<T>(law, cos_limit, T(dx - half_lead * c_lead - half_trail * c_trail),
-                      T(dy - half_lead * s_lead - half_trail * s_trail), c_lead, s_lead, c_trail, s_trail);
-  // Rear pin at -L/2, front pin at +L/2; opposite forces on opposite ends turn both cars the same way.
-  return {b.force_x, b.force_y, T(b.moment_lead - half_lead * (c_lead * b.force_y - s_lead * b.force_x)),
-          T(b.moment_trail - half_trail * (c_trail * b.force_y - s_trail * b.force_x))};
+/// Calls use(CouplerReaction<T>). (dx, dy): centre of the lead car minus centre of the trail car [m]; `half_...`: half
+/// the length of either [m].
+template <class T, class Law, class Use>
+void with_coupler_reaction(const Law& law, double cos_limit, const T& half_lead, const T& half_trail, const T& dx,
+                           const T& dy, const T& c_lead, const T& s_lead, const T& c_trail, const T& s_trail,
+                           const Use& use) {
+  const auto react = [&](const CouplerLoad<T>& b) {
+    // Rear pin at -L/2, front pin at +L/2; opposite forces on opposite ends turn both cars the same way.
+    use(CouplerReaction<T>{b.force_x, b.force_y,
+                           T(b.moment_lead - half_lead * (c_lead * b.force_y - s_lead * b.force_x)),
+                           T(b.moment_trail - half_trail * (c_trail * b.force_y - s_trail * b.force_x))});
+  };
+  with_coupler_load<T, UnitVectors<T>>(law, cos_limit, T(dx - half_lead * c_lead - half_trail * c_trail),
+                                       T(dy - half_lead * s_lead - half_trail * s_trail), c_lead, s_lead, c_trail,
+                                       s_trail, react);
 }
 
 }  // namespace train_derail::model

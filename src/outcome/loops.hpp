@@ -22,6 +22,16 @@ struct Extremes {
   double *highest, *highest_time, *lowest, *lowest_time;
 };
 
+/// Gaps of couplers [m] and how fast they grow [m/s] at both ends of a step of length h [s].
+struct GapStep {
+  double h;
+  const double *from, *rate_from, *to, *rate_to;
+};
+
+struct GapRange {
+  double least, most;  ///< m
+};
+
 /// One version of the loops, for one instruction set.
 struct MonitorLoops {
   const char* instruction_set;
@@ -37,6 +47,10 @@ struct MonitorLoops {
   void (*boxes)(std::ptrdiff_t n, const MonitoredCars&, double* rearmost, double* foremost, double* half_breadth);
   /// Puts `n` values at time t into extremes where they go beyond them.
   void (*widen)(std::ptrdiff_t n, const double* value, double t, const Extremes&);
+  /// What no gap has been below or above within the step, be it at a turning point: of the cubics through both ends.
+  GapRange (*reach)(std::ptrdiff_t n, const GapStep&);
+  /// Whether the negative of any of `n` gaps can have turned round beyond its extremes within the step.
+  bool (*can_turn_beyond)(std::ptrdiff_t n, const GapStep&, const Extremes&);
 };
 
 extern const MonitorLoops kLoopsPlain, kLoopsSse2, kLoopsAvx2, kLoopsAvx512;

@@ -3,6 +3,7 @@
 /// block that may overlap the one before, but where it stays the same the second time.
 #pragma once
 
+#include <limits>
 #include <type_traits>
 
 #include "outcome/loops.hpp"
@@ -22,14 +23,6 @@ B size_of(const B& x) {
 template <class B>
 B larger(const B& a, const B& b) {
   return select(a > b, a, b);
-}
-
-/// for_blocks for any n: blocks of one where there is no room for a whole block.
-template <class B, class Body>
-[[gnu::always_inline]] inline void for_any(std::ptrdiff_t n, const Body& body) {
-  if (n >= Lanes<B>::count) for_blocks<Lanes<B>::count>(n, [&](std::ptrdiff_t i, std::ptrdiff_t) { body(i, B(0.0)); });
-  else
-    for (std::ptrdiff_t i = 0; i < n; ++i) body(i, 0.0);
 }
 
 /// A point ahead of the centre by d moves with v + omega d (-sine, cosine), one behind it with the other sign.
@@ -117,6 +110,51 @@ template <class B>
   });
 }
 
+/// What the gaps at i cannot have left. A cubic leaves the range of its ends by no more than 4 / 27 of the step times
+/// either rate.
+template <class B, class V>
+[[gnu::always_inline]] inline void reach_of(const GapStep& s, std::ptrdiff_t i, V& least, V& most) {
+  using L = Lanes<V>;
+  const V from = L::load(s.from + i), to = L::load(s.to + i);
+  const V beyond = 4.0 / 27.0 * s.h * (size_of<V>(L::load(s.rate_from + i)) + size_of<V>(L::load(s.rate_to + i)));
+  least = select(from < to, from, to) - beyond;
+  most = larger<V>(from, to) + beyond;
+}
+
+template <class B>
+[[gnu::flatten]] GapRange reach(std::ptrdiff_t n, const GapStep& s) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  GapRange range{infinite, -infinite};
+  B lowest(infinite), highest(-infinite);
+  for_any<B>(n, [&](std::ptrdiff_t i, auto zero) {
+    using V = decltype(zero);
+    V least, most;
+    reach_of<B>(s, i, least, most);
+    if constexpr (std::is_same_v<V, B>) {
+      lowest = select(least < lowest, least, lowest);
+      highest = larger<B>(most, highest);
+    } else {
+      range = {least < range.least ? least : range.least, larger<double>(most, range.most)};
+    }
+  });
+  return {-larger<double>(Lanes<B>::max(-lowest), -range.least), larger<double>(Lanes<B>::max(highest), range.most)};
+}
+
+template <class B>
+[[gnu::flatten]] bool can_turn_beyond(std::ptrdiff_t n, const GapStep& s, const Extremes& e) {
+  bool can = false;
+  for_any<B>(n, [&](std::ptrdiff_t i, auto zero) {
+    using V = decltype(zero);
+    using L = Lanes<V>;
+    const auto turns = L::load(s.rate_from + i) * L::load(s.rate_to + i) < zero;
+    if (!any(turns)) return;
+    V least, most;
+    reach_of<B>(s, i, least, most);
+    can = can || any(turns && (-least > L::load(e.highest + i) || -most < L::load(e.lowest + i)));
+  });
+  return can;
+}
+
 template <class B>
 constexpr MonitorLoops make_loops(const char* instruction_set) {
   return {instruction_set,
@@ -126,7 +164,9 @@ constexpr MonitorLoops make_loops(const char* instruction_set) {
           neighbour_speeds<B>,
           largest_of<B>,
           boxes<B>,
-          widen<B>};
+          widen<B>,
+          reach<B>,
+          can_turn_beyond<B>};
 }
 
 }  // namespace train_derail::outcome

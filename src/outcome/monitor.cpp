@@ -63,6 +63,12 @@ Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rul
   for (Eigen::Index i = 0; i < gap_.size(); ++i) extremes_.consider(i, gap_[i], t);
 }
 
+GapStep Monitor::gap_step(double t, const ArrayX& gap, const ArrayX& rate) const {
+  return {t - step_time_, gap_.data(), rate_.data(), gap.data(), rate.data()};
+}
+
+Extremes Monitor::recent() { return {highest_.data(), highest_time_.data(), lowest_.data(), lowest_time_.data()}; }
+
 void Monitor::GapExtremes::consider(Eigen::Index coupler, double gap, double time) {
   if (gap < closest.gap) closest = {gap, coupler, time};
   if (gap > widest.gap) widest = {gap, coupler, time};
@@ -71,12 +77,8 @@ void Monitor::GapExtremes::consider(Eigen::Index coupler, double gap, double tim
 void Monitor::extend(GapExtremes& extremes, double t, const ArrayX& gap, const ArrayX& rate) const {
   const double h = t - step_time_;
   if (h <= 0.0 || gap_.size() == 0) return;
-  // A cubic leaves the range of its ends by no more than this; few steps can hold a new extreme.
-  const auto beyond = 4.0 / 27.0 * h * (rate_.abs() + rate.abs());
-  if ((gap_.min(gap) - beyond).minCoeff() >= extremes.closest.gap &&
-      (gap_.max(gap) + beyond).maxCoeff() <= extremes.widest.gap) {
-    return;
-  }
+  const GapRange range = loops_.reach(gap_.size(), gap_step(t, gap, rate));
+  if (range.least >= extremes.closest.gap && range.most <= extremes.widest.gap) return;  // as in most steps
   for (Eigen::Index i = 0; i < gap_.size(); ++i) {
     extremes.consider(i, gap[i], t);
     if (rate_[i] * rate[i] >= 0.0) continue;
@@ -96,10 +98,7 @@ void Monitor::consider_recent(Eigen::Index i, double value, double t) {
   loops_.widen(1, &value, t, {&highest_[i], &highest_time_[i], &lowest_[i], &lowest_time_[i]});
 }
 
-void Monitor::extend_recent(double t, const ArrayX& values) {
-  loops_.widen(values.size(), values.data(), t,
-               {highest_.data(), highest_time_.data(), lowest_.data(), lowest_time_.data()});
-}
+void Monitor::extend_recent(double t, const ArrayX& values) { loops_.widen(values.size(), values.data(), t, recent()); }
 
 double Monitor::recent_force(double value) const {
   if (std::isinf(value)) return 0.0;
@@ -131,11 +130,13 @@ void Monitor::step(double t, const double* y) {
   model_.gaps(y, new_gap_, new_rate_);
   extend(extremes_, t, new_gap_, new_rate_);
   extend_recent(t, -new_gap_);
-  const double h = t - step_time_;
-  for (Eigen::Index i = 0; h > 0.0 && i < gap_.size(); ++i) {
-    if (rate_[i] * new_rate_[i] >= 0.0) continue;
-    turning_points(h, gap_[i], rate_[i], new_gap_[i], new_rate_[i],
-                   [&](double turned, double share) { consider_recent(i, -turned, step_time_ + share * h); });
+  const GapStep step = gap_step(t, new_gap_, new_rate_);
+  if (step.h > 0.0 && loops_.can_turn_beyond(gap_.size(), step, recent())) {
+    for (Eigen::Index i = 0; i < gap_.size(); ++i) {
+      if (rate_[i] * new_rate_[i] >= 0.0) continue;
+      turning_points(step.h, gap_[i], rate_[i], new_gap_[i], new_rate_[i],
+                     [&](double turned, double share) { consider_recent(i, -turned, step_time_ + share * step.h); });
+    }
   }
   gap_.swap(new_gap_);
   rate_.swap(new_rate_);

@@ -35,6 +35,8 @@ class TrainSystem final : public solver::OdeSystem {
 
   Eigen::Index size() const override { return model_.size(); }
   bool derivative(double, const double* y, double* dydt) override { return model_.derivative(y, dydt); }
+  bool accelerations(double, const double* y, double* dydt) override { return model_.accelerations(y, dydt); }
+  Eigen::Index position_count() const override { return (size() - quadrature_count()) / 2; }
   Eigen::Index quadrature_count() const override { return model_.quadrature_count(); }
 
   // One event function: where the foremost car on the track is. It crosses zero at the point of derailment.

@@ -1,4 +1,5 @@
-// Cash-Karp and Dormand-Prince pairs of order 5(4) by ARKODE's ERKStep.
+// Cash-Karp and Dormand-Prince pairs of order 5(4) by ARKODE's ERKStep; the latter to hold our own against
+// (dormand_prince.cpp).
 #include "stepper.hpp"
 
 namespace train_derail::solver {

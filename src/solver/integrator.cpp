@@ -57,6 +57,7 @@ int Stepper::derivative(double t, const double* y, double* dydt) { return system
 std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0,
                                             const VectorX& y0) {
   if (options.method == inputs::Method::bdf) return make_bdf(options, system, t0, y0);
+  if (options.method == inputs::Method::dormand_prince) return make_dormand_prince(options, system, t0, y0);
   return make_explicit(options, system, t0, y0);
 }
 

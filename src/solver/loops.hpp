@@ -13,6 +13,16 @@ struct Term {
   const double* data;
 };
 
+inline constexpr int kPairStages = 7;  // of the pair of Dormand and Prince
+
+/// An attempt at a step of that pair. The state holds `positions` numbers q, as many v = q', then `others`.
+struct PairStep {
+  std::ptrdiff_t positions, others;
+  double h;                    ///< length of the step
+  const double* y;             ///< state at its beginning
+  const double* const* rates;  ///< dy/dt at the stages; that of q, which is v, is not read
+};
+
 /// One version of the loops, for one instruction set.
 struct VectorLoops {
   const char* instruction_set;
@@ -27,6 +37,10 @@ struct VectorLoops {
   /// v = v_before + h a, q = q_before + h v.
   void (*move)(std::ptrdiff_t n, double h, const double* a, const double* v_before, const double* q_before, double* v,
                double* q);
+  /// y = the state at which the rates of a stage, 2 to kPairStages, are wanted; the last one is the end of the step.
+  void (*pair_stage)(int stage, const PairStep&, double* y);
+  /// Sum of (error / (rtol |y| + atol))^2 over q, v and the first `controlled` of the others.
+  double (*pair_error)(const PairStep&, std::ptrdiff_t controlled, double rtol, double atol);
 };
 
 inline constexpr int kTermsMax = 8;  // of a step of the Runge-Kutta pairs

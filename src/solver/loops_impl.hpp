@@ -6,18 +6,11 @@
 #include <utility>
 
 #include "simd/blocks.hpp"
+#include "solver/dormand_prince_impl.hpp"
 #include "solver/loops.hpp"
 #include "train_derail/simd/lanes.hpp"
 
 namespace train_derail::solver {
-
-/// Calls body(i, lane type) for blocks that cover [0, n) without touching any entry twice.
-template <class B, class Body>
-[[gnu::always_inline]] inline void for_each_once(std::ptrdiff_t n, const Body& body) {
-  std::ptrdiff_t i = 0;
-  for (; i + Lanes<B>::count <= n; i += Lanes<B>::count) body(i, B(0.0));
-  for (; i < n; ++i) body(i, 0.0);
-}
 
 template <class B, std::size_t... I>
 void add_terms(const Term* terms, double* z, std::ptrdiff_t n, std::index_sequence<I...>) {
@@ -101,7 +94,9 @@ template <class B>
 
 template <class B>
 constexpr VectorLoops make_loops(const char* instruction_set) {
-  return {instruction_set, Lanes<B>::count, add_up<B>, weighted_square_sum<B>, sum<B>, weights<B>, move<B>};
+  return {
+      instruction_set,      Lanes<B>::count,          add_up<B>, weighted_square_sum<B>, sum<B>, weights<B>, move<B>,
+      pair::stage_state<B>, pair::error_square_sum<B>};
 }
 
 }  // namespace train_derail::solver

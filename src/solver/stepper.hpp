@@ -53,6 +53,7 @@ class Stepper : public Integrator {
 };
 
 std::unique_ptr<Integrator> make_explicit(const inputs::Solver&, OdeSystem&, double t0, const VectorX& y0);
+std::unique_ptr<Integrator> make_dormand_prince(const inputs::Solver&, OdeSystem&, double t0, const VectorX& y0);
 std::unique_ptr<Integrator> make_bdf(const inputs::Solver&, OdeSystem&, double t0, const VectorX& y0);
 
 }  // namespace train_derail::solver

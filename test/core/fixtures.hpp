@@ -185,6 +185,7 @@ class ModelSystem : public solver::OdeSystem {
  public:
   explicit ModelSystem(model::DerailmentModel& m) : model_(m) {}
   Eigen::Index size() const override { return model_.size(); }
+  Eigen::Index position_count() const override { return (size() - quadrature_count()) / 2; }
   bool derivative(double /*t*/, const double* y, double* dydt) override { return model_.derivative(y, dydt); }
   Eigen::Index quadrature_count() const override { return model::kWorkTerms; }
   std::vector<Eigen::Index> band_positions() const override {

@@ -91,7 +91,8 @@ TEST(SwingMoment, EnergyIsItsIntegral) {
 TEST(SwingAngle, IsBetaMinusThetaWrapped) {
   for (double beta = -3.0; beta <= 3.0; beta += 0.37) {
     for (double theta = -9.0; theta <= 9.0; theta += 0.41) {
-      const double gamma = model::swing_angle(true, std::cos(beta), std::sin(beta), std::cos(theta), std::sin(theta));
+      const double gamma = model::swing_angle<Trigonometry<double>>(true, std::cos(beta), std::sin(beta),
+                                                                    std::cos(theta), std::sin(theta));
       EXPECT_NEAR(std::remainder(gamma - (beta - theta), 2.0 * test::kPi), 0.0, 1e-14);
       EXPECT_LE(std::abs(gamma), test::kPi);
     }

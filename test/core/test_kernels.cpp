@@ -83,6 +83,18 @@ TEST(Kernels, AgreeWithThePlainVersion) {
 #endif
 }
 
+TEST(Kernels, AccelerationsAreThoseOfTheDerivative) {
+  with_each_kernel(21, [](const std::string& name, model::DerailmentModel& m, const model::StateVector& y) {
+    model::StateVector expected(y.size()), found = model::StateVector::Constant(y.size(), -7.0);
+    EXPECT_TRUE(m.derivative(y.data(), expected.data()));
+    EXPECT_TRUE(m.accelerations(y.data(), found.data()));
+    const Eigen::Index positions = 3 * m.car_count();
+    EXPECT_EQ(expected.tail(y.size() - positions), found.tail(y.size() - positions)) << name;
+    EXPECT_TRUE((found.head(positions).array() == -7.0).all()) << name;
+    EXPECT_EQ(expected.head(positions), y.segment(positions, positions)) << name;
+  });
+}
+
 TEST(Kernels, SayWhetherTheDerivativeIsFinite) {
   with_each_kernel(21, [](const std::string& name, model::DerailmentModel& m, const model::StateVector& y) {
     model::StateVector rate(y.size());

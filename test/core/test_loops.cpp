@@ -70,6 +70,44 @@ TEST(SolverLoops, SumShowsEveryNumberThatIsNotFinite) {
   }
 }
 
+/// Cubics through gaps and rates at both ends of a step of 1.5 s, looked at point by point, keep to what the loops say.
+void expect_bounds_of_gaps(const outcome::MonitorLoops& loops, const Column& from, const Column& rate_from,
+                           const Column& to, const Column& rate_to, Column highest, Column lowest) {
+  const auto n = static_cast<std::ptrdiff_t>(from.size());
+  const double h = 1.5;
+  const outcome::GapStep step{h, from.data(), rate_from.data(), to.data(), rate_to.data()};
+  double least = inputs::kInfinity, most = -inputs::kInfinity;
+  bool turned_beyond = false, one_turns = false;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const bool turns = rate_from[i] * rate_to[i] < 0.0;
+    one_turns = one_turns || turns;
+    for (int k = 0; k <= 200; ++k) {
+      const double s = k / 200.0, share = s * s * (3.0 - 2.0 * s);
+      const double gap = (1.0 - share) * from[i] + share * to[i] + h * s * (1.0 - s) * (1.0 - s) * rate_from[i] +
+                         h * s * s * (s - 1.0) * rate_to[i];
+      least = std::min(least, gap);
+      most = std::max(most, gap);
+      turned_beyond = turned_beyond || (turns && (-gap > highest[i] || -gap < lowest[i]));
+    }
+  }
+  const outcome::GapRange range = loops.reach(n, step);
+  EXPECT_LE(range.least, least);
+  EXPECT_GE(range.most, most);
+  if (n > 0) {
+    EXPECT_GT(range.least, -3.0 - 4.0 / 27.0 * h * 6.0 - 1e-12);
+    EXPECT_LT(range.most, 3.0 + 4.0 / 27.0 * h * 6.0 + 1e-12);
+  }
+  const auto can_turn_beyond = [&] {
+    return loops.can_turn_beyond(n, step, {highest.data(), nullptr, lowest.data(), nullptr});
+  };
+  EXPECT_TRUE(can_turn_beyond() || !turned_beyond);
+  highest.assign(from.size(), 10.0);
+  lowest.assign(from.size(), -10.0);
+  EXPECT_FALSE(can_turn_beyond());
+  highest.assign(from.size(), -10.0);
+  EXPECT_EQ(can_turn_beyond(), one_turns);
+}
+
 TEST(MonitorLoops, EveryVersionComputesWhatItsNameSays) {
   test::Random random(8);
   for (const outcome::MonitorLoops* loops : outcome::usable_loops()) {
@@ -138,6 +176,7 @@ TEST(MonitorLoops, EveryVersionComputesWhatItsNameSays) {
         EXPECT_EQ(lowest[i], std::min(low[i], x[i]));
         EXPECT_EQ(lowest_time[i], x[i] < low[i] ? 2.0 : 1.0);
       }
+      expect_bounds_of_gaps(*loops, x, vx, y, vy, high, low);
     }
   }
 }

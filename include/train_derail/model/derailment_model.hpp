@@ -51,6 +51,8 @@ class DerailmentModel final : public PlanarModel {
 
   /// dydt = f(y); both of length size(). False if dydt is not finite.
   bool derivative(const double* y, double* dydt) const;
+  /// The same, but for the rates of the positions, which stand in y.
+  bool accelerations(const double* y, double* dydt) const;
 
   /// Jacobian of derivative() in the band ordering: index of (car, coordinate) is 6 car + coordinate, work terms last.
   /// Rows of the work terms are left zero (they feed back on nothing). `set(row, column, value)` is called for each

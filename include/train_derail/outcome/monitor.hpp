@@ -12,6 +12,8 @@
 
 namespace train_derail::outcome {
 
+struct Extremes;
+struct GapStep;
 struct MonitorLoops;
 struct MonitoredCars;
 
@@ -67,6 +69,10 @@ class Monitor {
     void consider(Eigen::Index coupler, double gap, double time);
   };
 
+  /// From the end of the last step to time t, where gaps and rates are as given.
+  GapStep gap_step(double t, const ArrayX& gap, const ArrayX& rate) const;
+  /// Peaks since forget_peaks().
+  Extremes recent();
   /// Adds what happens from the end of the last step to time t, where gaps and rates are as given.
   void extend(GapExtremes& extremes, double t, const ArrayX& gap, const ArrayX& rate) const;
   /// What the last step, up to time t, adds to the peaks since forget_peaks().

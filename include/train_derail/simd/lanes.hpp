@@ -39,11 +39,4 @@ struct Roots {
   }
 };
 
-/// atan2(y, x) where `condition` holds, elsewhere 0.
-template <class Condition, class T>
-T atan2_where(const Condition& condition, const T& y, const T& x) {
-  if (!any(condition)) return T(0.0);
-  return select(condition, T(Trigonometry<T>::atan2(y, x)), T(0.0));
-}
-
 }  // namespace train_derail

@@ -26,6 +26,12 @@ class OdeSystem {
   /// Computes f(t, y). Returns false if the result is not finite; the integrator then tries a smaller step.
   virtual bool derivative(double t, const double* y, double* dydt) = 0;
 
+  /// Number of positions at the beginning of y, whose rates are the as many velocities that follow them; by default
+  /// nothing is known of that.
+  virtual Eigen::Index position_count() const { return 0; }
+  /// derivative() that may leave out the rates of the positions.
+  virtual bool accelerations(double t, const double* y, double* dydt) { return derivative(t, y, dydt); }
+
   /// Number of components at the end of y that are quadratures: they are integrated, but do not influence f or the step
   /// size.
   virtual Eigen::Index quadrature_count() const { return 0; }
@@ -116,8 +122,9 @@ class Integrator {
   virtual void walk(files::Archive& archive);
 };
 
-/// Makes an integrator for the methods cash_karp, dormand_prince and bdf. It starts at (t0, y0). `system` must live
-/// longer than the integrator. Throws std::runtime_error if SUNDIALS refuses the set-up.
+/// Makes an integrator for the methods dormand_prince (our own, with cubic dense output), cash_karp (ARKODE) and bdf
+/// (CVODE). It starts at (t0, y0). `system` must live longer than the integrator. Throws std::runtime_error if SUNDIALS
+/// refuses the set-up.
 std::unique_ptr<Integrator> make_integrator(const inputs::Solver& options, OdeSystem& system, double t0,
                                             const VectorX& y0);
 
