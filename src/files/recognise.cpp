@@ -137,7 +137,7 @@ Recognised document(const std::string& text) {
       (key(text, "factors") || key(text, "plan") || key(text, "replicates") || key(text, "outcomes"))) {
     return {FileKind::study, "a study", "derail study takes it"};
   }
-  if (key(text, "causes") && key(text, "groups")) {
+  if ((key(text, "causes") && key(text, "groups")) || (key(text, "base") && key(text, "studies"))) {
     return {FileKind::study, "a file of ways by cause", "derail validate takes it"};
   }
   if (key(text, "base") && key(text, "factors")) return {FileKind::study, "a study", "derail study takes it"};

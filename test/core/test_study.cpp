@@ -406,7 +406,8 @@ TEST_F(StudyTest, TheBaseScenarioCanBeChangedFromOutside) {
 TEST(Studies, ThoseThatShipAreValid) {
   int count = 0;
   for (const auto& entry : fs::directory_iterator(kSource + "/config/studies")) {
-    if (entry.path().filename() == "freight.yaml") continue;  // names other studies by cause: test_plan
+    const std::string name = entry.path().filename().string();
+    if (name == "freight.yaml" || name == "posture_ways.yaml") continue;  // name other studies by cause: test_plan
     const study::Study s = study::read_study_file(entry.path().string());
     EXPECT_GT(study::points(s).size(), 1u) << entry.path();
     ++count;
