@@ -346,9 +346,9 @@ def table(arguments):
         known = [m for _, m in list_ if m is not None]
         runs = len(results.rows)
         print(
-            f'{name}: {sum(tests)} of {len(tests)} numbers of the agreed band (bold), '
-            f'{sum(known)} of {len(known)} rows met; '
-            f'{runs} runs, {len(results.at([]))} at the baseline, {results.failed} failed.'
+            f'- {name}: {sum(tests)} of {len(tests)} numbers of the agreed band (bold), '
+            f'{sum(known)} of {len(known)} rows met;\n'
+            f'  {runs} runs, {len(results.at([]))} at the baseline, {results.failed} failed.'
         )
 
 
