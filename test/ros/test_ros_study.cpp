@@ -185,6 +185,10 @@ TEST_F(RosStudy, TableIsThatOfTheCommandLineAndTheLiveRunIsNotDisturbed) {
 }
 
 TEST_F(RosStudy, CancelledGoalKeepsWhatIsDoneAndTheNextGoesOn) {
+  // Seconds of computing: the word to stop must not come after the end.
+  write("scenario.yaml",
+        "consist:\n  - {count: 120, length: 61.1 ft, weight: 150 kip}\n"
+        "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 60 s}\n");
   client.send(goal("results"));
   ASSERT_TRUE(client.wait_for_runs(3));
   client.cancel();
