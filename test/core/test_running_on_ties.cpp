@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "extended_fixtures.hpp"
 #include "model/tie_runs.hpp"
+#include "ties_fixtures.hpp"
 #include "train_derail/model/tie_law.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
@@ -170,32 +170,10 @@ TEST(OnTies, LeaveTheTrackBedWhenTheyHaveDriftedTooFar) {
 
 TEST(Obstacles, ThrowATruckToTheSideAndTearTheTrack) {
   inputs::Scenario s = dragging(2);
-  s.ties.drag = 0.0;
-  s.ties.lateral_ratio = 10.0;
-  s.ground.off_track_friction = 0.0;
-  s.coupler = test::accident(1).coupler;
-  s.obstacles.places = {{-5.0, 1.0}, {30.0, 0.0}, {40.0, 1.0}, {50.0, 1.0}};
-  s.obstacles.throw_speed = 1.5;
+  test::put_obstacles(s);
   Train train(s);
-  while (train.incidents().tie_runs.at(0).end == TieRun::End::none) {
-    ASSERT_LT(train.time(), 10.0);
-    train.step();
-  }
-  const TieRun& run = train.incidents().tie_runs[0];
-  EXPECT_EQ(run.end, TieRun::End::obstacle);
-  EXPECT_EQ(run.obstacles, 2);  // that behind the point of derailment it has never met
-  EXPECT_NEAR(run.distance, 40.0, 1e-6);
-  EXPECT_NEAR(run.end_time, 4.0, 1e-3);
-  const CarMotion car = train.car(0);
-  const double arm = 0.5 * train.model().cars()[0].truck_spacing;
-  EXPECT_NEAR(std::abs(car.vy + arm * car.omega), 1.5, 1e-6);
-  const model::Car& c = train.model().cars()[0];
-  EXPECT_NEAR(train.energy().work_kicks, -0.5 * 1.5 * 1.5 / (1.0 / c.mass + arm * arm / c.yaw_inertia), 1.0);
-  // What comes to that place next leaves the rails too.
-  train.to(12.0);
-  ASSERT_GT(train.incidents().derailments.size(), 1u);
-  EXPECT_EQ(train.incidents().derailments[1].cause, model::Cause::torn_track);
-  EXPECT_NEAR(train.incidents().derailments[1].x, 40.0, 2.0);
+  const auto aside = [](const Train& t, double arm) { return t.car(0).vy + arm * t.car(0).omega; };
+  test::expect_a_throw_and_torn_track(train, aside, 1e-6);
 }
 
 /// Half the width of an interval that a share of n seeds leaves once in 60,000 times.

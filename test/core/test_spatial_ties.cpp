@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "spatial_fixtures.hpp"
+#include "ties_fixtures.hpp"
 #include "train_derail/model/ground_law.hpp"
 #include "train_derail/model/tie_law.hpp"
 #include "train_derail/model/traction_law.hpp"
@@ -140,33 +141,14 @@ TEST(SpatialTies, HoldATruckWhereItHasDriftedTo) {
 
 TEST(SpatialTies, AnObstacleThrowsATruckToTheSideAndTearsTheTrack) {
   inputs::Scenario s = dragging(2);
-  s.ties.drag = s.ground.off_track_friction = 0.0;
-  s.ties.lateral_ratio = 10.0;
-  s.coupler = accident(1).coupler;
+  put_obstacles(s);
   s.coupler.pitch_stiffness = s.coupler.roll_stiffness = 0.0;
-  s.obstacles.places = {{-5.0, 1.0}, {30.0, 0.0}, {40.0, 1.0}, {50.0, 1.0}};
-  s.obstacles.throw_speed = 1.5;
   s.initial.truck = FirstTruck::front;
   SpatialTrain train(s);
-  const double arm = 0.5 * train.model().cars()[0].truck_spacing;
-  while (train.incidents().tie_runs.at(0).end == TieRun::End::none) {
-    ASSERT_LT(train.time(), 10.0);
-    train.step();
-  }
-  const TieRun& run = train.incidents().tie_runs[0];
-  EXPECT_EQ(run.end, TieRun::End::obstacle);
-  EXPECT_EQ(run.obstacles, 2);  // that behind the point of derailment it has never met
-  EXPECT_NEAR(run.distance, 40.0, 1e-3);
-  EXPECT_NEAR(run.end_time, 4.0, 1e-3);
-  const SpatialMotion car = train.car(0);
-  EXPECT_NEAR(std::abs(car.velocity.y() + arm * car.rotation.z()), 1.5, 1e-6);
-  const model::Car& c = train.model().cars()[0];
-  EXPECT_NEAR(train.energy().work_kicks, -0.5 * 1.5 * 1.5 / (1.0 / c.mass + arm * arm / c.yaw_inertia), 1.0);
-  // What comes to that place next leaves the rails too.
-  train.to(12.0);
-  ASSERT_GT(train.incidents().derailments.size(), 1u);
-  EXPECT_EQ(train.incidents().derailments[1].cause, model::Cause::torn_track);
-  EXPECT_NEAR(train.incidents().derailments[1].x, 40.0, 2.0);
+  const auto aside = [](const SpatialTrain& t, double arm) {
+    return t.car(0).velocity.y() + arm * t.car(0).rotation.z();
+  };
+  expect_a_throw_and_torn_track(train, aside, 1e-3);
 }
 
 TEST(SpatialTies, PartTheBrakePipe) {
@@ -244,31 +226,13 @@ TEST(SpatialTies, ARunOfAllOfItClosesItsLedgerAndGoesOnBitForBit) {
   EXPECT_GT(thrown_off, 0);
 }
 
-/// A locomotive and nine cars on a grade, held at their speed; the fourth car has a truck on the ties.
 inputs::Scenario held(double grade, double drag) {
   inputs::Scenario s = dragging(1, 5e-3);
-  s.coupler = accident(1).coupler;
+  hold_by_a_locomotive(s, grade, drag);
   s.coupler.pitch_stiffness = s.coupler.roll_stiffness = 0.0;
-  inputs::CarBlock locomotive = s.consist[0];
-  locomotive.name = "locomotive";
-  locomotive.weight = 420.0 * inputs::kKip;
-  s.consist[0].count = 9;
-  s.consist.insert(s.consist.begin(), locomotive);
-  s.brakes.rolling_resistance = 0.002;
-  s.brakes.force = 0.0;
-  s.track.grade = grade;
-  s.traction.law = inputs::TractionLaw::steady;
-  s.initial.cars_ahead = 3;
-  s.initial.speed = 6.0;
-  s.ties.drag = drag;
   return s;
 }
 
-double weight_of(const inputs::Scenario& s) {
-  double sum = 0.0;
-  for (const inputs::CarBlock& b : s.consist) sum += b.count * b.weight;
-  return sum;
-}
 double speed_of(const SpatialTrain& train, const inputs::Scenario& s) {
   return train.momentum().linear.x() * kGravity / weight_of(s);
 }

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "extended_fixtures.hpp"
+#include "ties_fixtures.hpp"
 #include "train_derail/model/traction_law.hpp"
 
 namespace train_derail {
@@ -12,35 +12,15 @@ namespace {
 using inputs::kStandardGravity;
 using test::Train;
 
-constexpr double kResistance = 0.002;
+using test::weight_of;
 
-/// A locomotive and nine cars on a grade, held at their speed; the fourth car has a truck on the ties. With a drag of
-/// kResistance that changes nothing.
+constexpr double kResistance = test::kHeldResistance;
+
 inputs::Scenario held(double grade, double drag) {
   inputs::Scenario s = test::on_rails(1, 5e-3);
-  s.coupler = test::accident(1).coupler;
-  inputs::CarBlock locomotive = s.consist[0];
-  locomotive.name = "locomotive";
-  locomotive.weight = 420.0 * inputs::kKip;
-  s.consist[0].count = 9;
-  s.consist.insert(s.consist.begin(), locomotive);
-  s.brakes.rolling_resistance = kResistance;
-  s.brakes.force = 0.0;
+  test::hold_by_a_locomotive(s, grade, drag);
   s.ground.regularization_speed = 1e-4;
-  s.track.grade = grade;
-  s.traction.law = inputs::TractionLaw::steady;
-  s.initial.mechanism = inputs::Mechanism::dragging_truck;
-  s.initial.cars_ahead = 3;
-  s.initial.speed = 6.0;
-  s.ties.law = inputs::TieLaw::guided;
-  s.ties.drag = drag;
   return s;
-}
-
-double weight_of(const inputs::Scenario& s) {
-  double sum = 0.0;
-  for (const inputs::CarBlock& b : s.consist) sum += b.count * b.weight;
-  return sum;
 }
 
 double speed_of(const Train& train, const inputs::Scenario& s) {
