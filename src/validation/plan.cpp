@@ -74,6 +74,7 @@ class PlanReader {
                          "title, fitted_on: text, base: a file of ways, studies: a file for each of its ways");
       }
     }
+    if (studies.empty()) throw InputError(path_, "studies", "", "empty", "a file of a study for each way of " + base);
     PlanReader reader(base, changes_);
     reader.studies_ = studies;
     Plan plan = reader.whole(inputs::load_file(base));

@@ -245,6 +245,8 @@ TEST_F(ByCause, WaysOfAnotherFileHaveOtherStudies) {
   EXPECT_NE(refusal(both + ", nobody: hard.yaml").find("studies = 'nobody': no way of"), std::string::npos);
   EXPECT_NE(refusal(both.substr(0, both.find(','))).find("missing in the file that has this one as its base"),
             std::string::npos);
+  EXPECT_NE(refusal("").find("studies: empty; allowed: a file of a study for each way of"), std::string::npos)
+      << refusal("");
   EXPECT_NE(refusal(both + ", list: [hard.yaml]").find("not a file of a study"), std::string::npos);
 }
 
