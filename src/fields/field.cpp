@@ -37,12 +37,15 @@ std::string reference_row(std::string_view name, const Unit& unit, std::string_v
 }
 
 std::string in_si(double value, const Unit& unit) {
-  const std::string_view name = unit.table_si.empty() ? unit.si : unit.table_si;
-  return fmt::format("{:.{}f} {}", value / unit.per_table_si, unit.table_si_digits, name);
+  const double number = value / unit.per_table_si;
+  const std::string digits = unit.table_powers ? fmt::format("{:.{}e}", number, unit.table_si_digits)
+                                               : fmt::format("{:.{}f}", number, unit.table_si_digits);
+  if (unit.si == "1") return digits;
+  return fmt::format("{} {}", digits, unit.table_si.empty() ? unit.si : unit.table_si);
 }
 
 std::string in_shown(double value, const Unit& unit) {
-  if (unit.shown.empty() || unit.shown == unit.si) return "";
+  if (unit.si == "1" || unit.shown.empty() || unit.shown == unit.si) return "";
   return fmt::format("{:.{}f} {}", value / unit.per_shown, unit.shown_digits, unit.shown);
 }
 

@@ -134,7 +134,7 @@ void add_released(Fields<Outcome>& f) {
       .in_studies()
       .as_headline();
   f.add(
-       "cars_released_expected", kRatio, "the same expected",
+       "cars_released_expected", kMeanCars, "the same, expected over all seeds",
        "Mean of cars_released over all seeds, for these impacts.", [](auto& o) -> auto& { return o.released.expected; })
       .shown_when(has_released)
       .in_studies();
@@ -375,7 +375,7 @@ void add_posture(Fields<Outcome>& f) {
       .shown_when(has_posture)
       .in_studies();
   f.add(
-       "drop_max", kLength, "largest drop",
+       "drop_max", kHeight, "largest drop",
        "Largest depth of the lowest point of a car of the pile-up below the top of the rails; 0 in models of the "
        "plane.",
        [](auto& o) -> auto& { return o.posture.drop_max; })
@@ -394,7 +394,7 @@ void add_energy(Fields<Outcome>& f) {
         .shown_when([term = t.term](const Outcome& o) { return o.energy.*term != 0.0; });
   }
   f.add(
-       "energy_residual", kRatio, "energy unaccounted for",
+       "energy_residual", kResidual, "energy unaccounted for",
        "Size of (sum of energies and works - energy_initial) / energy_initial; for a train that stood: / work_grade.",
        [](auto& o) -> auto& { return o.energy_residual; })
       .in_studies()
@@ -421,11 +421,11 @@ void add_run(Fields<Outcome>& f) {
       "steps", kCount, "steps", "Accepted steps of the integrator.", [](auto& o) -> auto& { return o.solver.steps; });
   const auto fixed = [](const Outcome& o) { return o.step > 0.0; };
   f.add(
-       "step", kTime, "step", "Fixed step of the integrator; 0 where error control chooses each.",
+       "step", kStep, "step", "Fixed step of the integrator; 0 where error control chooses each.",
        [](auto& o) -> auto& { return o.step; })
       .shown_when(fixed);
   f.add(
-       "step_max", kTime, "longest stable step", "Bound of the step, beyond which the motion would be unstable.",
+       "step_max", kStep, "longest stable step", "Bound of the step, beyond which the motion would be unstable.",
        [](auto& o) -> auto& { return o.step_max; })
       .shown_when(fixed)
       .noting([](const Outcome& o) { return o.step_limited_by; });
@@ -443,7 +443,7 @@ void add_run(Fields<Outcome>& f) {
        [](auto& o) -> auto& { return o.solver.jacobian_evaluations; })
       .shown_when([](const Outcome& o) { return o.solver.jacobian_evaluations > 0; });
   f.add(
-       "wall_time", kTime, "computing time", "Computing time of integration and monitoring.",
+       "wall_time", kComputingTime, "computing time", "Computing time of integration and monitoring.",
        [](auto& o) -> auto& { return o.wall_time; })
       .shown_when([](const Outcome& o) { return o.wall_time > 0.0; });  // a recording does not tell it
 }
@@ -472,12 +472,8 @@ FieldRow row_of(const Field<Outcome>& field, const Outcome& o) {
   FieldRow row;
   const Value value = field.get(o);
   if (const auto* number = std::get_if<double>(&value)) {
-    if (field.unit.si == "1") {
-      row.si = fmt::format("{:.1e}", *number);
-    } else {
-      row.si = in_si(*number, field.unit);
-      row.shown = in_shown(*number, field.unit);
-    }
+    row.si = in_si(*number, field.unit);
+    row.shown = in_shown(*number, field.unit);
   } else {
     row.si = text(value, field.words.empty() ? field.names : field.words);
   }

@@ -45,6 +45,11 @@ void expect_complete(const fields::Fields<Record>& all, std::set<std::string>& n
       EXPECT_NEAR(inputs::to_si("1 " + (found == spelled.end() ? shown : found->second), si) / unit.per_shown, 1.0,
                   1e-12)
           << field.name;
+      if (unit.table_si.empty()) continue;
+      EXPECT_NEAR(
+          inputs::to_si("1 " + std::string(unit.table_si == "m2" ? "m^2" : unit.table_si), si) / unit.per_table_si, 1.0,
+          1e-12)
+          << field.name;
     }
   }
 }
@@ -89,6 +94,29 @@ TEST(Fields, TablesSayInWordsWhyARunHasEnded) {
   EXPECT_EQ(outcome::row_of(*outcome::outcome_fields().find("ended"), o).si, "all cars at rest");
   o.ended = outcome::Ended::time_max;
   EXPECT_EQ(outcome::row_of(*outcome::outcome_fields().find("ended"), o).si, "time limit reached");
+}
+
+TEST(Fields, SmallValuesDoNotVanishInTables) {
+  const auto row = [](const char* name, const outcome::Outcome& o) {
+    return outcome::row_of(*outcome::outcome_fields().find(name), o);
+  };
+  outcome::Outcome o;
+  o.step = 0.002;
+  o.step_max = 0.012345;
+  o.wall_time = 0.004;
+  o.released.expected = 15.96;
+  o.energy_residual = 3.21e-5;
+  o.posture.drop_max = 0.04;
+  EXPECT_EQ(row("step", o).si, "2.000 ms");
+  EXPECT_EQ(row("step", o).shown, "");
+  EXPECT_EQ(row("step_max", o).si, "12.345 ms");
+  EXPECT_EQ(row("wall_time", o).si, "0.004 s");
+  EXPECT_EQ(row("cars_released_expected", o).si, "16.0");
+  EXPECT_EQ(row("cars_released_expected", o).shown, "");
+  EXPECT_EQ(row("energy_residual", o).si, "3.2e-05");
+  EXPECT_EQ(row("drop_max", o).si, "0.04 m");
+  EXPECT_EQ(row("drop_max", o).shown, "0.1 ft");
+  EXPECT_EQ(nlohmann::json::parse(outcome::to_json(o)).at("step"), 0.002);  // JSON stays in SI units
 }
 
 TEST(Fields, OneCarInLineIsNoPileUp) {

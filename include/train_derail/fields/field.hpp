@@ -24,6 +24,7 @@ struct Unit {
   std::string_view table_si = "";  ///< SI unit of convenient size for tables, "kN"; "" if it is `si`
   double per_table_si = 1.0;       ///< SI value of one unit `table_si`
   int table_si_digits = 0;         ///< digits after the decimal point in tables, for `table_si`
+  bool table_powers = false;       ///< whether tables print it in powers of ten, "1.2e-06"
 };
 
 /// The value of a field: a number in SI units, a whole number (a count, or the index of a choice among its names), a
@@ -170,9 +171,9 @@ class Fields {
 std::string text(const Value& value, const std::vector<std::string_view>& names);
 /// Returns the name of a column of CSV. It ends with the SI unit if there is one: "gap_m", "moment_lead_N_m".
 std::string column(std::string_view name, const Unit& unit);
-/// Returns a number as tables print it in SI units, "12.34 m/s".
+/// Returns a number as tables print it in SI units, "12.34 m/s"; a pure number without a unit.
 std::string in_si(double value, const Unit& unit);
-/// The same in the unit that people read, "27.6 mph"; empty if that is the SI unit.
+/// The same in the unit that people read, "27.6 mph"; empty if that is the SI unit, and for pure numbers.
 std::string in_shown(double value, const Unit& unit);
 
 }  // namespace train_derail::fields

@@ -17,9 +17,16 @@ inline constexpr Unit kTrucks{"1", "trucks"};
 inline constexpr Unit kCouplers{"1", "couplers"};
 inline constexpr Unit kImpacts{"1", "impacts"};
 inline constexpr Unit kGroups{"1", "groups"};
+/// Mean of a count.
+inline constexpr Unit kMeanCars{"1", "cars", 1.0, 1, "", 1.0, 1};
+/// Share that should be next to nothing.
+inline constexpr Unit kResidual{"1", "", 1.0, 0, "", 1.0, 1, true};
 /// Numbers with a unit.
 inline constexpr Unit kTime{"s", "s", 1.0, 2, "s", 1.0, 2};
+inline constexpr Unit kStep{"s", "s", 1.0, 5, "ms", 1e-3, 3};
+inline constexpr Unit kComputingTime{"s", "s", 1.0, 3, "s", 1.0, 3};
 inline constexpr Unit kLength{"m", "ft", inputs::kFoot, 0, "m", 1.0, 1};
+inline constexpr Unit kHeight{"m", "ft", inputs::kFoot, 1, "m", 1.0, 2};
 inline constexpr Unit kGap{"m", "in", inputs::kFoot / 12.0, 2, "mm", 1e-3, 0};
 inline constexpr Unit kArea{"m2", "ft2", inputs::kFoot* inputs::kFoot, 0, "m2", 1.0, 0};
 inline constexpr Unit kSpeed{"m/s", "mph", inputs::kMph, 1, "m/s", 1.0, 2};
