@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
+#include <regex>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "folder.hpp"
 #include "multibody/spatial_engine.hpp"
 #include "same_ensembles.hpp"
 #include "spatial_fixtures.hpp"
@@ -237,6 +240,27 @@ const Change kChanges[] = {
     {"rail height", off_the_rails, [](inputs::Scenario& s) { s.terrain.rail_height *= kMore; }},
 };
 
+/// docs/verification.md shows what is measured here. A number there is right if it is within a twentieth of what the
+/// test finds; compilers and processors make less of a difference.
+std::string page() { return test::text_of(TRAIN_DERAIL_SOURCE_DIR "/docs/verification.md"); }
+void expect_numbers_on_the_page(const std::string& text, const std::vector<double>& measured) {
+  static const std::regex kNumber(R"(\d+(\.\d+)?)");
+  std::vector<double> told;
+  for (std::sregex_iterator i(text.begin(), text.end(), kNumber), end; i != end; ++i)
+    told.push_back(std::stod(i->str()));
+  ASSERT_EQ(told.size(), measured.size()) << text;
+  for (std::size_t i = 0; i < told.size(); ++i) EXPECT_NEAR(told[i], measured[i], 0.05 * measured[i]) << text;
+}
+/// The cells after the first one, in the row of a table that begins with `first`.
+void expect_row_on_the_page(const std::string& first, const std::vector<double>& measured) {
+  const std::string text = page();
+  const std::size_t row = text.find("\n| " + first);
+  ASSERT_NE(row, std::string::npos) << first;
+  const std::size_t cells = text.find('|', row + 3);
+  expect_numbers_on_the_page(text.substr(cells, text.find('\n', cells) - cells), measured);
+}
+constexpr double kMilli = 1e-3;
+
 class EarlyMotion : public testing::TestWithParam<Case (*)()> {};
 
 TEST_P(EarlyMotion, IsTheSame) {
@@ -244,6 +268,10 @@ TEST_P(EarlyMotion, IsTheSame) {
   EXPECT_TRUE(r.agrees());
   // They come closer as the model's step becomes shorter.
   EXPECT_LT(r.half.position, 0.8 * r.whole.position);
+  const Case c = GetParam()();
+  expect_row_on_the_page(std::string(c.name) + ':',
+                         {c.until, r.half.position / kMilli, r.limit.position / kMilli, r.half.angle / kMilli,
+                          r.limit.angle / kMilli, r.whole.position / kMilli});
 }
 
 TEST_P(EarlyMotion, ASmallChangeIsSeen) {
@@ -263,6 +291,11 @@ INSTANTIATE_TEST_SUITE_P(Of, EarlyMotion,
                            std::replace(name.begin(), name.end(), ' ', '_');
                            return name;
                          });
+
+TEST(SpatialSecondOpinion, ThePageTellsHowManyNumbersAreChanged) {
+  const std::string told = "Each of " + std::to_string(std::size(kChanges)) + " numbers (mass";
+  EXPECT_NE(page().find(told), std::string::npos) << told;
+}
 
 TEST(SpatialSecondOpinion, TheCasesAreWhatTheyAreSaidToBe) {
   EXPECT_LT(upright(by_model(one_car(), 1e-4), 0), 0.0);
@@ -286,12 +319,14 @@ TEST(SpatialSecondOpinion, SeesTheWrongSignOfTheGyroscopicMoment) {
   const Comparison r = compare(one_car(), SpatialFault::gyroscopic_sign);
   EXPECT_FALSE(r.within(r.half));
   EXPECT_GT(r.half.position, 0.1);
+  expect_row_on_the_page("gyroscopic moment", {r.half.position, r.half.angle});
 }
 
 TEST(SpatialSecondOpinion, SeesACentreOfMassOnTheWrongSideOfTheRail) {
   const Comparison r = compare(one_car(), SpatialFault::centre_below_rail);
   EXPECT_FALSE(r.within(r.half));
   EXPECT_GT(r.half.angle, 1.0);
+  expect_row_on_the_page("centre of mass on the wrong side", {r.half.position, r.half.angle});
 }
 
 TEST(SpatialSecondOpinion, SeesThatTheRollStopIsMissing) {
@@ -300,6 +335,7 @@ TEST(SpatialSecondOpinion, SeesThatTheRollStopIsMissing) {
   // It is the roll stop that takes the second car along.
   EXPECT_LT(upright(r.model, 1), 0.0);
   EXPECT_GT(upright(r.simbody, 1), 0.5);
+  expect_row_on_the_page("roll stop left out", {r.half.position, r.half.angle});
 }
 
 // Later, as ensembles
@@ -353,6 +389,10 @@ TEST(SpatialSecondOpinion, ManyEndAlikeButNotWithoutARollStop) {
   std::printf("two cars, %u runs: by chance with probability %.2g, without a roll stop %.2g\n", kRuns, same, other);
   EXPECT_GT(same, 0.01);
   EXPECT_LT(other, 0.01);
+  const std::string text = page();
+  const std::size_t begin = text.find("the smallest of the eight");
+  ASSERT_NE(begin, std::string::npos);
+  expect_numbers_on_the_page(text.substr(begin, text.find("\n\n", begin) - begin), {same, other});
 }
 
 TEST(SpatialSecondOpinion, RefusesWhatItHasNot) {
