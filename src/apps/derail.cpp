@@ -15,6 +15,7 @@
 
 #include "bag_output.hpp"
 #include "ensemble.hpp"
+#include "exit_codes.hpp"
 #include "files.hpp"
 #include "import_command.hpp"
 #include "interrupt.hpp"
@@ -45,8 +46,6 @@
 namespace {
 
 using namespace train_derail;
-
-constexpr int kOk = 0, kOutputFailed = 1, kInputWrong = 2, kIntegrationFailed = 3;
 
 struct RunArguments {
   std::string file;
@@ -228,7 +227,7 @@ int check(const RunArguments& a) {
   const inputs::Scenario scenario = read(a);
   apps::say_warnings(scenario, apps::overrides(a.set));
   std::cout << inputs::to_yaml(scenario) << step_text(scenario);
-  return kOk;
+  return apps::kOk;
 }
 
 int run(const RunArguments& a) {
@@ -291,7 +290,7 @@ int run(const RunArguments& a) {
   }
   if (outcome.ended == outcome::Ended::integration_failed) {
     std::cerr << "derail: integration failed: " << outcome.message << "\n";
-    return kIntegrationFailed;
+    return apps::kRunsFailed;
   }
   if (interrupted) {
     std::cerr << fmt::format(
@@ -299,7 +298,7 @@ int run(const RunArguments& a) {
         written.empty() ? "no files, as none were asked for" : fmt::format("{}", fmt::join(written, ", ")));
     return apps::kInterrupted;
   }
-  return kOk;
+  return apps::kOk;
 }
 
 /// Returns the page docs/outcomes.md.
@@ -414,7 +413,7 @@ int command_line(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kOk : kInputWrong;
+    return app.exit(e) == 0 ? apps::kOk : apps::kInputWrong;
   }
 
   try {
@@ -423,16 +422,16 @@ int command_line(int argc, char** argv) {
     if (further_command) return further_command();
     if (*keys_command) std::cout << inputs::describe_keys();
     if (*fields_command) std::cout << describe_fields();
-    return kOk;
+    return apps::kOk;
   } catch (const inputs::InputError& e) {
     std::cerr << "derail: " << e.what() << "\n";
-    return kInputWrong;
+    return apps::kInputWrong;
   } catch (const files::ExistsError& e) {
     std::cerr << "derail: " << e.what() << "; --force replaces it\n";
-    return kOutputFailed;
+    return apps::kOutputFailed;
   } catch (const std::exception& e) {
     std::cerr << "derail: " << e.what() << "\n";
-    return kOutputFailed;
+    return apps::kOutputFailed;
   }
 }
 
@@ -456,7 +455,7 @@ int main(int argc, char** argv) {
     files::check_standard_output();
   } catch (const std::exception& e) {
     std::cerr << "derail: " << e.what() << "\n";
-    return code == kOk ? kOutputFailed : code;
+    return code == apps::kOk ? apps::kOutputFailed : code;
   }
   return code;
 }

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "exit_codes.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "jobs.hpp"
@@ -15,12 +16,6 @@
 #include "train_derail/study/summary.hpp"
 
 namespace train_derail::apps {
-
-namespace {
-
-constexpr int kIntegrationFailed = 3;
-
-}  // namespace
 
 int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   const study::Study study = study::ensemble_of(scenario, a.seeds);
@@ -67,9 +62,9 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
       return o.ended == outcome::Ended::integration_failed;
     });
     std::cerr << fmt::format("derail: {} of {} runs failed, the first: {}\n", failed, outcomes.size(), first->message);
-    return kIntegrationFailed;
+    return kRunsFailed;
   }
-  return 0;
+  return kOk;
 }
 
 }  // namespace train_derail::apps

@@ -9,8 +9,6 @@
 
 namespace train_derail::apps {
 
-inline constexpr int kInterrupted = 130;
-
 inline std::atomic<bool> stop{false};  // global, because the signal handler sets it
 
 inline void stop_on_signals() {

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "bag_input.hpp"
+#include "exit_codes.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "kept_run.hpp"

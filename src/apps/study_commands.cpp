@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "exit_codes.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "jobs.hpp"
@@ -24,8 +25,6 @@ namespace train_derail::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kIncomplete = 5;
 
 struct StudyArguments {
   std::string file, folder, shard, engine;
@@ -80,14 +79,17 @@ int finish(const std::string& folder, const study::Study& study, double wall_tim
     return kInterrupted;
   }
   for (const std::string& warning : totals.warnings) std::cerr << "derail: warning: " << warning << "\n";
+  const bool none = totals.runs > 0 && totals.failed == totals.runs;  // then all numbers of the table are missing
   if (!quiet) {
     std::cout << study.title << "\n"
-              << study::to_table(folder, study)
+              << (none ? "" : study::to_table(folder, study))
               << fmt::format("{} of {} runs in {} (runs.csv, summary.csv, about.json){}\n", totals.runs,
                              study::run_count(study), folder,
                              wall_time > 0.0 ? fmt::format(", {:.1f} s", wall_time) : "");
   }
-  return 0;
+  if (!none) return kOk;
+  std::cerr << fmt::format("derail: {}: every run failed\n", folder);
+  return kRunsFailed;
 }
 
 int run(const StudyArguments& a) {
@@ -122,7 +124,7 @@ int run(const StudyArguments& a) {
     if (!a.quiet)
       std::cout << fmt::format("shard {}: {} runs in {}; when all shards are there: derail merge\n", a.shard,
                                report.runs, options.folder);
-    return 0;
+    return kOk;  // a cluster merges only after shards that ended well
   }
   return finish(options.folder, study, report.wall_time, a.quiet);
 }
@@ -134,7 +136,7 @@ int merge(const StudyArguments& a) {
   const study::Gathered gathered = study::gather(folder_of(a), a.folders, study);
   say_problems(gathered.problems, "left out; derail study --resume computes what is missing");
   const int code = finish(folder_of(a), study, 0.0, a.quiet);
-  if (code != 0 || gathered.missing.empty()) return code;
+  if ((code != kOk && code != kRunsFailed) || gathered.missing.empty()) return code;
   std::cerr << fmt::format("derail: {}: {}\n", folder_of(a), gathered.missing);
   return kIncomplete;
 }
@@ -155,7 +157,7 @@ int report(const StudyArguments& a) {
   const bool own = a.force || files::recognise(path).what == files::kReport;
   files::write_file(path, page, existing(own));
   if (!a.quiet && !files::same_file(path, "-")) std::cout << path << "\n";
-  return 0;
+  return kOk;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "exit_codes.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "jobs.hpp"
@@ -127,7 +128,9 @@ int validate(const ValidateArguments& a) {
               << fmt::format("{} runs in {} (rows.csv, members.csv, validation.json, about.json), {:.1f} s\n",
                              ensembles.members.size(), folder, ensembles.wall_time);
   }
-  return 0;
+  return !ensembles.members.empty() && ensembles.failed == static_cast<std::int64_t>(ensembles.members.size())
+             ? kRunsFailed
+             : kOk;
 }
 
 }  // namespace

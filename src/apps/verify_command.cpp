@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "exit_codes.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -17,8 +18,6 @@ namespace train_derail::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kDiffers = 4;
 
 struct VerifyArguments {
   std::string file;
@@ -66,7 +65,7 @@ int verify(const VerifyArguments& a) {
   }
   if (!a.quiet && !(a.json && files::same_file(*a.json, "-")))
     std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << multibody::to_table(v);
-  return v.verdict() == multibody::Verdict::agrees ? 0 : kDiffers;
+  return v.verdict() == multibody::Verdict::agrees ? kOk : kDiffers;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "train_derail/files/number.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/keys.hpp"
+#include "train_derail/multibody/engine.hpp"
 #include "train_derail/study/study.hpp"
 
 namespace train_derail::study {
@@ -249,6 +250,7 @@ std::vector<std::string> check(const Study& s, const std::atomic<bool>* stop) {
     ++looked_at;
     try {
       const inputs::Scenario scenario = scenario_of(s, points[i], run_of(s, i * s.replicates));
+      if (s.engine == EngineChoice::multibody) multibody::require_paper(scenario);
       const std::string now = s.replicates > 1 ? why_equal(scenario, s.engine) : "";
       if (!now.empty() && equal++ == 0) {
         why = now;

@@ -382,5 +382,23 @@ TEST_F(VerifyCommand, AStudyRemembersItsEngine) {
   EXPECT_EQ(derail(study + (folder_ / "other").string() + " --engine magic"), 2) << out_;
 }
 
+TEST_F(VerifyCommand, AStudyOfWhatTheEngineHasNotIsRefusedBeforeItsFirstRun) {
+  const fs::path out = folder_ / "refused";
+  const std::string study =
+      "study " + (folder_ / "study.yaml").string() + " --quiet --engine multibody --out " + out.string() + " --set ";
+  const auto refused = [&](const std::string& set, const std::string& key, const std::string& why) {
+    EXPECT_EQ(derail(study + set), 2) << out_;
+    EXPECT_NE(out_.find(key), std::string::npos) << out_;
+    EXPECT_NE(out_.find(why), std::string::npos) << out_;
+    EXPECT_FALSE(fs::exists(out));
+    EXPECT_EQ(derail("verify " + (folder_ / "train.yaml").string() + " --set " + set), 2) << out_;
+    EXPECT_NE(out_.find(why), std::string::npos) << out_;
+  };
+  const std::string steps = " --set solver.method=semi_implicit --set solver.fixed_step=1e-3";
+  refused("model=spatial --set ground.on_track_law=rails" + steps, "model = 'spatial'",
+          "the multibody engine computes no scenario of this model");
+  refused("coupler.break_draft=1e6" + steps, "coupler.break_draft", "the multibody engine has no such part");
+}
+
 }  // namespace
 }  // namespace train_derail

@@ -183,5 +183,12 @@ TEST_F(PostureTable, IsScoredInSpaceAndNotInThePlane) {
   EXPECT_EQ(nlohmann::json::parse(test::text_of(folder_ / "space" / "validation.json"))["posture"], json["posture"]);
 }
 
+TEST_F(PostureTable, AValidationOfWhichEveryRunFailedDoesNotEndWell) {
+  const test::Result r =
+      derail("validate table.csv --study study.yaml --set solver.wall_time_max=1e-9 --out failed --quiet");
+  EXPECT_EQ(r.code, 3) << r.out;
+  EXPECT_NE(r.out.find("9 of 9 runs failed"), std::string::npos) << r.out;
+}
+
 }  // namespace
 }  // namespace train_derail

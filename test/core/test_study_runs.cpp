@@ -275,6 +275,26 @@ TEST_F(StudyRuns, FailedRunsStayWithTheirReason) {
       << "no mean of failed runs";
 }
 
+TEST_F(StudyRuns, AStudyOfWhichEveryRunFailedDoesNotEndWell) {
+  write("some.yaml",
+        "scenario: scenario.yaml\nfactors:\n  - {key: solver.steps_max, values: [20, 100000]}\nplan: grid\n"
+        "perturbation: {spacing: 3 mm}\n");
+  const test::Result some = derail("study some.yaml --out some");
+  EXPECT_EQ(some.code, 0) << some.out;
+  EXPECT_NE(some.out.find("1 of 2 runs failed"), std::string::npos) << some.out;
+  write("all.yaml", "scenario: scenario.yaml\nfactors: []\nreplicates: 2\nperturbation: {spacing: 3 mm}\n");
+  const std::string all = "study all.yaml --set solver.steps_max=20 --out ";
+  const test::Result failed = derail(all + "all");
+  EXPECT_EQ(failed.code, 3) << failed.out;
+  EXPECT_NE(failed.out.find("derail: all: every run failed"), std::string::npos) << failed.out;
+  EXPECT_EQ(failed.out.find("nan"), std::string::npos) << failed.out;
+  EXPECT_EQ(derail(all + "shards --shard 1/2").code, 0) << "its cluster has to go on to the merge";
+  const std::string merge = "merge all.yaml --set solver.steps_max=20 --out shards";
+  EXPECT_EQ(derail(merge).code, 5);
+  EXPECT_EQ(derail(all + "shards --resume --shard 2/2").code, 0);
+  EXPECT_EQ(derail(merge).code, 3);
+}
+
 TEST_F(StudyRuns, AJournalThatCannotBeWrittenIsSaidAndStaysWhole) {
   const study::Study s = read();
   run(s, "whole", 2);
