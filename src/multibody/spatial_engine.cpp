@@ -464,6 +464,13 @@ inputs::Scenario checked(const inputs::Scenario& s) {
   refuse_if(s.brakes.force != 0.0 || s.brakes.rolling_resistance != 0.0, "brakes");
   refuse_if(s.rails.derail_ratio < 100.0, "limit of L/V: rails.derail_ratio must be 100 or more");
   refuse_if(s.rails.torn_length > 0.0, "torn track");
+  refuse_if(s.rails.load_exponent != 1.0 || s.ground.load_exponent != 1.0,
+            "forces by weight: rails.load_exponent, ground.load_exponent");
+  refuse_if(s.initial.mechanism != inputs::Mechanism::broken_rail, "start but broken_rail: initial.mechanism");
+  refuse_if(s.ties.law != inputs::TieLaw::none, "trucks on the ties: ties.law");
+  refuse_if(s.traction.law != inputs::TractionLaw::none, "traction");
+  for (const inputs::CarBlock& block : s.consist)
+    refuse_if(block.shape != inputs::BodyShape::box, "body but a box: shape of a block");
   return s;
 }
 

@@ -418,6 +418,22 @@ TEST(SpatialSecondOpinion, RefusesWhatItHasNot) {
   c = one_car();
   c.scenario.track.curves = {{-100.0, 200.0, 1e-3, 0.1}};
   EXPECT_THROW(start(), std::invalid_argument);
+  const auto expect_refused = [](const std::string& key, const auto& change) {
+    Case changed = one_car();
+    change(changed.scenario);
+    try {
+      by_simbody({changed.name, changed.scenario, changed.start, 0.0}, {});
+      FAIL() << key;
+    } catch (const std::invalid_argument& e) {
+      EXPECT_NE(std::string(e.what()).find(key), std::string::npos) << e.what();
+    }
+  };
+  expect_refused("shape", [](auto& s) { s.consist[0].shape = inputs::BodyShape::cylinder; });
+  expect_refused("ground.load_exponent", [](auto& s) { s.ground.load_exponent = 0.7; });
+  expect_refused("rails.load_exponent", [](auto& s) { s.rails.load_exponent = 0.7; });
+  expect_refused("initial.mechanism", [](auto& s) { s.initial.mechanism = inputs::Mechanism::bad_track; });
+  expect_refused("ties.law", [](auto& s) { s.ties.law = inputs::TieLaw::guided; });
+  expect_refused("traction", [](auto& s) { s.traction.law = inputs::TractionLaw::steady; });
   c = one_car();
   c.start.clear();
   EXPECT_THROW(start(), std::invalid_argument);
