@@ -337,10 +337,12 @@ std::string one_line(const CLI::App* app, const CLI::Error& error) {
 
 int command_line(int argc, char** argv) {
   CLI::App app{
-      "Simulates how a train derails: planar equations of motion of Jeong, Lyons, Orringer and Perlman (2007).\n\n"
+      "Simulates how a train derails: in the plane by the equations of motion of Jeong, Lyons, Orringer and Perlman\n"
+      "(2007), with further parts if a scenario asks for them, or in three dimensions (model: spatial).\n\n"
       "  derail run config/baseline.yaml                                  the paper's baseline: table of the outcome\n"
       "  derail run config/baseline.yaml --set \"initial.speed=55.5 mph\"   the same, faster\n"
       "  derail run config/baseline.yaml --json - --csv states.csv        for programs: outcome, states over time\n"
+      "  derail run config/accident3d.yaml                                a train in three dimensions: cars roll over\n"
       "  derail check my_train.yaml                                       what is understood, in SI, defaults filled "
       "in\n"
       "  derail keys                                                      every key of a scenario file\n"

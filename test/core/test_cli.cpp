@@ -153,6 +153,8 @@ TEST_F(Cli, VersionIsThatOfThePackage) {
 
 TEST_F(Cli, HelpTeaches) {
   const Result r = derail("--help");
+  for (const char* model : {"in the plane by the equations", "model: spatial"})
+    EXPECT_NE(r.out.find(model), std::string::npos) << r.out;
   EXPECT_EQ(r.code, 0);
   EXPECT_NE(r.out.find("derail run config/baseline.yaml"), std::string::npos);
   EXPECT_EQ(derail("run --help").code, 0);
