@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "files.hpp"
 #include "import_command.hpp"
@@ -90,6 +91,17 @@ Heights heights_of(const TerrainArguments& a, const inputs::Scenario& base) {
   return result;
 }
 
+/// What the base says of the ground, and the grid says instead; "" if it says nothing.
+std::string left_out(const inputs::Terrain& base) {
+  std::vector<std::string> all;
+  for (const auto& [key, height] :
+       {std::pair("terrain.bank_left", base.bank_left), {"terrain.bank_right", base.bank_right}})
+    if (height != 0.0) all.push_back(fmt::format("{} ({:.3g} m)", key, height));
+  if (!base.sections.empty()) all.push_back(fmt::format("terrain.sections ({})", base.sections.size()));
+  if (!base.grid.rows.empty()) all.push_back(fmt::format("terrain.grid ({} rows)", base.grid.rows.size()));
+  return fmt::format("{}", fmt::join(all, ", "));
+}
+
 int import_terrain(const TerrainArguments& a) {
   require_apart({{"MAP", a.file}, {"--base", a.base}}, {{"--out", a.out}});
   const inputs::Scenario base = inputs::read_scenario_file(a.base);
@@ -97,12 +109,14 @@ int import_terrain(const TerrainArguments& a) {
     throw InputError(a.base, "model", "", "the planar models have no terrain", "model: spatial");
   files::OutputFile out(a.out, existing(a.force));
   const Heights heights = heights_of(a, base);
-  const std::vector<std::string> assumed{
+  std::vector<std::string> assumed{
       fmt::format("point of derailment: longitude,latitude {}", a.derail_at),
       "the map's height there is that of the top of the ballast",
       "within the crown the roadbed is as terrain and track say; beyond it, over terrain.grid.seam, it becomes the map",
       "beyond the grid the ground is as at its edge",
       "plane: transverse Mercator about the point of derailment, WGS 84; heights between cells are bilinear"};
+  if (const std::string without = left_out(base.terrain); !without.empty())
+    assumed.push_back(fmt::format("the map takes the place of what the base says there: {}", without));
   std::ostream& s = out.stream();
   s << fmt::format("# From {} by `derail import terrain`.\n#\n# Assumed:\n", files::printable(a.file));
   for (const std::string& line : assumed) s << "# - " << line << "\n";

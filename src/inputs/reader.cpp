@@ -315,39 +315,52 @@ Scenario read_scenario(const Layers& layers, const std::string& source, const st
   return scenario;
 }
 
-std::string read_file(const std::string& path, std::size_t bytes_max) {
-  const auto refuse = [&](const std::string& problem, const std::string& allowed) -> InputError {
-    return {path, "", "", problem, allowed};
-  };
-  // Looked at before opening: opening a pipe would wait for a writer, and opening some devices starts an action.
+namespace {
+
+[[noreturn]] void refuse_file(const std::string& path, const std::string& problem, const std::string& allowed) {
+  throw InputError(path, "", "", "cannot be read: " + problem, allowed);
+}
+
+void require_plain(const std::string& path, const struct stat& status) {
+  if (S_ISREG(status.st_mode)) return;
+  refuse_file(path,
+              S_ISDIR(status.st_mode)    ? "a folder"
+              : S_ISFIFO(status.st_mode) ? "a pipe"
+              : S_ISSOCK(status.st_mode) ? "a socket"
+                                         : "a device",
+              "a file");
+}
+
+}  // namespace
+
+void require_file(const std::string& path) {
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
-  const auto check = [&] {
-    if (S_ISREG(status.st_mode)) return;
-    const char* kind = S_ISDIR(status.st_mode)    ? "a folder"
-                       : S_ISFIFO(status.st_mode) ? "a pipe"
-                       : S_ISSOCK(status.st_mode) ? "a socket"
-                                                  : "a device";
-    throw refuse(std::string("cannot be read: ") + kind, "a file");
-  };
-  check();
+  if (::stat(path.c_str(), &status) != 0) refuse_file(path, error_text(errno), "");
+  require_plain(path, status);
+}
+
+std::string read_file(const std::string& path, std::size_t bytes_max) {
+  // Looked at before opening: opening a pipe would wait for a writer, and opening some devices starts an action.
+  require_file(path);
+  struct stat status {};
   struct Descriptor {
     int number;
     ~Descriptor() {
       if (number >= 0) ::close(number);
     }
   } const file{::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)};
-  if (file.number < 0 || ::fstat(file.number, &status) != 0)
-    throw refuse(std::string("cannot be read: ") + error_text(errno), "");
-  check();  // another file may have taken its place since
-  const auto too_long = [&] { return refuse("file too long", fmt::format("at most {} bytes", bytes_max)); };
+  if (file.number < 0 || ::fstat(file.number, &status) != 0) refuse_file(path, error_text(errno), "");
+  require_plain(path, status);  // another file may have taken its place since
+  const auto too_long = [&] {
+    return InputError(path, "", "", "file too long", fmt::format("at most {} bytes", bytes_max));
+  };
   if (static_cast<std::uintmax_t>(status.st_size) > bytes_max) throw too_long();
   std::string text;
   std::vector<char> block(std::size_t{64} * 1024);
   for (;;) {
     const ssize_t got = ::read(file.number, block.data(), block.size());
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw refuse(std::string("cannot be read: ") + error_text(errno), "");
+    if (got < 0) refuse_file(path, error_text(errno), "");
     if (got == 0) return text;
     text.append(block.data(), static_cast<std::size_t>(got));
     if (text.size() > bytes_max) throw too_long();  // the file grows, or its size was not known before

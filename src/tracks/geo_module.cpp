@@ -89,7 +89,8 @@ std::vector<std::vector<LinePoint>> read_lines(const std::string& content, const
   CPLSetThreadLocalConfigOption("GPX_ELE_AS_25D", "YES");  // else tracks have no elevations
   const MemoryFile file(content);
   const char* const drivers[] = {driver, nullptr};
-  const GDALDatasetUniquePtr set(GDALDataset::Open(file.name(), GDAL_OF_VECTOR | GDAL_OF_READONLY, drivers));
+  const GDALDatasetUniquePtr set(
+      GDALDataset::Open(file.name(), GDAL_OF_VECTOR | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR, drivers));
   if (!set) throw std::runtime_error(fmt::format("GDAL cannot read it as {}: {}", driver, last_error()));
   const OGRSpatialReference wanted = degrees();
   std::vector<std::vector<LinePoint>> lines;
@@ -134,7 +135,8 @@ class HeightMap {
  public:
   HeightMap(const std::string& path, const std::string& system) {
     const char* const drivers[] = {"AAIGrid", "GTiff", nullptr};
-    const GDALDatasetUniquePtr set(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers));
+    const GDALDatasetUniquePtr set(
+        GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR, drivers));
     if (!set) throw std::runtime_error(fmt::format("GDAL cannot read it as ESRI ASCII or GeoTIFF: {}", last_error()));
     std::array<double, 6> to_map{};
     if (set->GetGeoTransform(to_map.data()) != CE_None || GDALInvGeoTransform(to_map.data(), to_cells_.data()) == 0)

@@ -220,6 +220,7 @@ std::vector<double> read_heights(const std::string& path, const std::string& sys
     longitude.push_back(east);
     latitude.push_back(north);
   }
+  inputs::require_file(path);
   static const auto read = load<ReadHeights>(kReadHeights);
   try {
     return read(path, system, longitude, latitude);

@@ -391,6 +391,36 @@ TEST_F(TrackFiles, AMapOfHeightsBecomesTheGroundBesideTheTrack) {
   }
   put("map.asc", "ncols 2\nnrows");
   EXPECT_EQ(derail("import terrain " + at("map.asc") + place + " --heading \"75 deg\"").code, 2);
+  put("map.tif", "no map");
+  for (const auto& [map, why] :
+       {std::pair("map.tif", "not recognized"), {"none.tif", "No such file"}, {".", "a folder"}}) {
+    const Result r = derail("import terrain " + at(map) + place + " --heading \"75 deg\"");
+    EXPECT_EQ(r.code, 2) << r.out;
+    EXPECT_NE(r.out.find(why), std::string::npos) << r.out;
+    EXPECT_EQ(r.out.find("no reason given"), std::string::npos) << r.out;
+  }
+}
+
+TEST_F(TrackFiles, WhatTheMapTakesTheScenariosPlaceOfIsAmongWhatIsAssumed) {
+  put("map.asc", tilted_map());
+  const std::string common = "import terrain " + at("map.asc") +
+                             " --derail-at=-98.559886,46.1801 --system EPSG:32614 " + "--heading \"75 deg\" -o " +
+                             at("t.yaml") + " --force --base ";
+  const auto assumed = [&](const std::string& terrain) {
+    put("own.yaml", "base: " + base() + "\nterrain: " + terrain + "\n");
+    const Result made = derail(common + at("own.yaml"));
+    EXPECT_EQ(made.code, 0) << made.out;
+    return made.out + test::text_of(at("t.yaml"));
+  };
+  const std::string banks =
+      assumed("{bank_left: 3 m, bank_right: -2 m, sections: [{start: 10 m, length: 50 m, bank_left: 4 m}]}");
+  const std::string said =
+      "the map takes the place of what the base says there: terrain.bank_left (3 m), terrain.bank_right (-2 m), "
+      "terrain.sections (1)";
+  EXPECT_NE(banks.find("# - " + said), std::string::npos) << banks.substr(0, 2000);
+  EXPECT_NE(banks.find(said), banks.rfind(said)) << "on the screen too\n" << banks.substr(0, 2000);
+  const std::string flat = assumed("{bank_left: 0 m, bank_right: 0 m}");
+  EXPECT_EQ(flat.find("what the base says there"), std::string::npos) << flat.substr(0, 2000);
 }
 
 TEST_F(TrackFiles, TheExampleRunsAndHasAPicture) {

@@ -25,6 +25,9 @@ struct Override {
 /// Splits a text "key=value". Throws InputError if there is no '='.
 Override parse_override(std::string_view text);
 
+/// Throws InputError if there is no file at `path`, or a folder, a pipe or a device.
+void require_file(const std::string& path);
+
 /// Returns the content of a file. Throws InputError if the file cannot be read, has more than `bytes_max` bytes, or is
 /// a folder, a pipe or a device.
 std::string read_file(const std::string& path, std::size_t bytes_max);
