@@ -1,4 +1,4 @@
-"""Pictures of a validation: predicted counts of derailed cars against real ones."""
+"""Pictures of a validation: predicted counts of derailed cars, and how they lie, against real ones."""
 
 import json
 import os
@@ -22,13 +22,22 @@ COLUMNS = (
 FITS = ('straight_line', 'linear', 'log_log')
 BAND = {'facecolor': '0.85', 'edgecolor': 'none'}
 BINS = 8  # of the tail
+POSTURE = (  # key, title of the panel
+    ('over', 'cars on their side or over,\nof the derailed'),
+    ('none_over', 'accidents with\nno such car'),
+    ('all_over', 'accidents with\nsuch cars only'),
+)
 
 
 def read_rows(folder):
-    """{column: array} of rows.csv, rows whose runs all failed left out. Throws DataError."""
+    """{column: array} of rows.csv, rows whose runs all failed left out. None for tables of accidents that
+    have other columns, such as those of posture. Throws DataError."""
     path = os.path.join(folder, 'rows.csv')
     rows = []
     with table(path, 'derail validate') as lines:
+        names = lines.fieldnames or ()
+        if 'predicted_median' in names and not set(COLUMNS) <= set(names):
+            return None
         for row in lines:
             if row['predicted_median'] == '':
                 continue
@@ -186,10 +195,66 @@ def error_over_tail(summary, rows):
     return figure
 
 
+def _number(value):
+    return float('nan') if value is None else value
+
+
+def _band_name(band):
+    """As the table of `derail validate` names it, with the number of accidents below it."""
+    start, end = band['from_mph'], band['to_mph']
+    speeds = f'{start + 1:.0f}\N{EN DASH}{end:.0f}' if end is not None else f'> {start:.0f}' if start > 0.0 else 'all'
+    return f"{speeds}\nn = {band['real']['count']}"
+
+
+def posture(summary):
+    """Share of the derailed cars that lie on their side or over by bands of speed, with its spread; accidents
+    in which none and in which all do."""
+    figure, axes = style.panels(len(POSTURE), len(POSTURE), style.TWO_COLUMNS, 3.0, y=True)
+    bands = summary['posture']
+    places = np.arange(len(bands))
+    sides = (('real', -0.13, 'white'), ('predicted', 0.13, None))
+    for ax, (key, title) in zip(axes, POSTURE):
+        for i, (side, shift, face) in enumerate(sides):
+            look = style.series(i)
+            shares = np.array([_number(band[side][key]) for band in bands])
+            if key == 'over':
+                spread = np.array([_number(band[side]['sd']) for band in bands])
+                known = np.isfinite(shares) & np.isfinite(spread)
+                ends = (np.clip((shares + sign * spread)[known], 0.0, 1.0) for sign in (-1.0, 1.0))
+                ax.vlines(places[known] + shift, *ends, color=look['color'], linewidth=0.9)
+            ax.plot(places + shift, shares, linestyle='none', marker=look['marker'], markersize=5,
+                    color=look['color'], markerfacecolor=face or look['color'])
+        ax.axvline(len(bands) - 1.5, color='0.6', linewidth=0.6)  # the last one is all speeds
+        ax.set_title(title)
+        ax.set_xticks(places, [_band_name(band) for band in bands], fontsize=7)
+        ax.set_xlim(-0.5, len(bands) - 0.5)
+        ax.set_ylim(-0.03, 1.03)
+        ax.grid(False, axis='x')
+        ax.set_xlabel('train speed, mph; n accidents')
+    axes[0].set_ylabel('share')
+    real, predicted = style.series(0), style.series(1)
+    style.legend(figure, [
+        Line2D([], [], linestyle='none', marker=real['marker'], color=real['color'], markerfacecolor='white',
+               label='reports'),
+        Line2D([], [], linestyle='none', marker=predicted['marker'], color=predicted['color'], label='prediction'),
+        Line2D([], [], color=style.GREY, linewidth=0.9,
+               label='\N{PLUS-MINUS SIGN} one standard deviation of single accidents, of single members'),
+    ], 3)
+    style.heading(figure, 'how derailed cars lie', f"{_detail(summary)}; where 5 cars or more derailed")
+    return figure
+
+
 def pictures(folder):
     """(name, caption, figure) of every picture. Throws DataError."""
     summary, rows = read_summary(folder), read_rows(folder)
+    if rows is None and not summary.get('posture'):
+        raise DataError(f"{folder}: nothing to draw: rows.csv has not all of the columns {', '.join(COLUMNS[:3])}, "
+                        "and validation.json no posture")
     try:
+        if summary.get('posture'):
+            yield 'validation_posture', 'How derailed cars lie, real and predicted', posture(summary)
+        if rows is None:
+            return
         yield 'validation_counts', 'Predicted against real counts of derailed cars', against_real(
             summary, rows
         )

@@ -9,13 +9,22 @@ import shutil
 
 import numpy as np
 
-from plot_testing import PlotTest, refusal, run_tests, script
+from plot_testing import SCRIPTS, PlotTest, refusal, run_tests, script
 
 import plot_validate
 from derail_plots import validation
 
 SPEEDS = (4, 10, 15, 16, 31, 44)
 REAL = (1, 2, 3, 2, 5, 6)
+POSTURE = f"""
+title: short, in space
+scenario: {os.path.realpath(os.path.join(SCRIPTS, '..', 'config', 'accident3d.yaml'))}
+plan: latin_hypercube
+samples: 3
+factors:
+  - {{key: rails.derail_ratio, low: 0.9, high: 1.2}}
+perturbation: {{kick: 1 ft/s}}
+"""
 
 
 class PlotValidateTest(PlotTest):
@@ -63,6 +72,48 @@ class PlotValidateTest(PlotTest):
         np.testing.assert_allclose(
             ax.lines[1].get_ydata(), rows['predicted_median'] - rows['cars_derailed']
         )
+
+    def posture(self, name, *more):
+        """Results of a table of posture, by the loaded unit train in space."""
+        study = self.path('posture.yaml', POSTURE)
+        rows = [(14, 12, 8, 0), (19, 14, 5, 2), (25, 16, 9, 9), (28, 12, 6, 3), (45, 15, 4, 4)]
+        lines = ['date,speed_mph,cars_in_train,cars_derailed_narrative,loads_derailed_form,'
+                 'empties_derailed_form,on_side_or_over,cause']
+        lines += [f'2002-01-{i + 1:02},{v},{n},{derailed},{derailed},0,{over},T207'
+                  for i, (v, n, derailed, over) in enumerate(rows)]
+        table = self.path(f'{name}.csv', '\n'.join(lines) + '\n')
+        results = self.path(name)
+        self.derail('validate', table, '--study', study, '--out', results, *more)
+        return results
+
+    def test_posture_is_drawn_where_there_is_one(self):
+        results = self.posture('space')
+        done = script('plot_validate.py', results)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        pictures = os.path.join(results, 'pictures')
+        self.assertEqual(sorted(os.listdir(pictures)), [f'validation_posture.{k}' for k in ('png', 'svg')])
+        self.check_picture(os.path.join(pictures, 'validation_posture.png'))
+
+        summary = validation.read_summary(results)
+        bands = summary['posture']
+        self.assertEqual([b['real']['count'] for b in bands], [2, 2, 4])
+        axes = validation.posture(summary).axes
+        for ax, key in zip(axes, ('over', 'none_over', 'all_over')):
+            for line, side in zip(ax.lines, ('real', 'predicted')):
+                np.testing.assert_allclose(line.get_ydata(), [b[side][key] for b in bands])
+        np.testing.assert_allclose(axes[0].lines[0].get_ydata(), [2 / 13, 12 / 15, 14 / 28])
+        self.assertGreater(axes[0].lines[1].get_ydata()[-1], 0.0, 'no car of any member is over')
+        np.testing.assert_allclose(axes[1].lines[0].get_ydata(), [1 / 2, 0.0, 1 / 4])
+        np.testing.assert_allclose(axes[2].lines[0].get_ydata(), [0.0, 1 / 2, 1 / 4])
+        for spread, side in zip(axes[0].collections, ('real', 'predicted')):
+            for segment, band in zip(spread.get_segments(), bands):
+                share, sd = band[side]['over'], band[side]['sd']
+                np.testing.assert_allclose(segment[:, 1], np.clip([share - sd, share + sd], 0.0, 1.0))
+
+    def test_a_table_with_nothing_to_draw_is_refused_with_the_reason(self):
+        code, said = refusal(plot_validate.main, self.posture('plane', '--set', 'model=extended'))
+        self.assertEqual(code, 2)
+        self.assertIn('nothing to draw: rows.csv has not all of the columns', said)
 
     def test_what_is_wrong_is_named(self):
         code, said = refusal(plot_validate.main, self.path('nowhere'))
