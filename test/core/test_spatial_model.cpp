@@ -273,69 +273,6 @@ TEST(SpatialRest, AHeldCarThatIsRestoredWakesAsItWouldHave) {
   for (Eigen::Index k = 0; k < 2; ++k) EXPECT_EQ(whole.car(k).centre, resumed.car(k).centre) << k;
 }
 
-void expect_mirror_image(inputs::BodyShape shape, double time) {
-  inputs::Scenario s = test::accident(12);
-  s.consist.back().shape = shape;
-  s.model = inputs::Model::spatial;
-  s.initial.perturbation.kick = s.initial.perturbation.alignment = 0.0;
-  s.terrain.bank_left = 2.0;
-  s.terrain.ballast_height = 0.5;
-  s.track.curves = {{-300.0, 500.0, 1.0 / 500.0, 0.08}};
-  inputs::Scenario m = s;
-  m.initial.yaw_rate *= -1.0;
-  std::swap(m.terrain.bank_left, m.terrain.bank_right);
-  m.track.curves[0].curvature *= -1.0;
-  Train train(s), mirrored(m);
-  train.to(time);
-  mirrored.to(time);
-  double turned_most = 0.0;
-  for (Eigen::Index k = 0; k < 12; ++k) {
-    const SpatialMotion a = train.car(k), b = mirrored.car(k);
-    EXPECT_LT((a.centre - b.centre.cwiseProduct(Vector3d(1.0, -1.0, 1.0))).norm(), 1e-6) << k;
-    EXPECT_NEAR(a.axes(2, 1), -b.axes(2, 1), 1e-6);
-    EXPECT_NEAR(a.axes(1, 0), -b.axes(1, 0), 1e-6);
-    turned_most = std::max(turned_most, std::abs(a.axes(2, 1)));
-  }
-  EXPECT_GT(train.incidents().impacts.size(), 0U);
-  EXPECT_GT(turned_most, 0.02);
-}
-
-TEST(SpatialRun, MirroredIsTheMirrorImage) { expect_mirror_image(inputs::BodyShape::box, 5.0); }
-TEST(SpatialRun, MirroredIsTheMirrorImageWithTanks) { expect_mirror_image(inputs::BodyShape::cylinder, 6.5); }
-
-void expect_the_same_elsewhere(inputs::BodyShape shape) {
-  // Off the rails on level ground, where no place differs from another.
-  inputs::Scenario s = test::accident(3);
-  s.consist.back().shape = shape;
-  s.model = inputs::Model::spatial;
-  s.ground.off_track_law = inputs::OffTrackLaw::coulomb;
-  s.initial.perturbation = {};
-  const double ground = height_of(s) - s.terrain.rail_height;
-  std::vector<SpatialMotion> cars;
-  for (int k = 0; k < 3; ++k)
-    cars.push_back(at({100.0 - 15.0 * k, 6.0 * k, ground}, turned(0.3 + 0.4 * k, Vector3d::UnitZ()),
-                      {8.0 + 4.0 * k, 2.0 - 3.0 * k, 0.0}, {1.5, 0.0, 0.4}));
-  s.coupler.swing_stiffness = s.coupler.roll_stiffness = s.coupler.pitch_stiffness = 0.0;
-  s.coupler.break_swing = kInfinity;
-  s.coupler.break_draft = 0.0001;
-  const Matrix3d turn = turned(2.0, Vector3d::UnitZ());
-  const Vector3d shift(300.0, -700.0, 0.0);
-  std::vector<SpatialMotion> moved = cars;
-  for (SpatialMotion& q : moved) q = at(shift + turn * q.centre, turn * q.axes, turn * q.velocity, q.body_rates);
-  Train here(s, cars), there(s, moved);
-  here.to(2.0);
-  there.to(2.0);
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    const SpatialMotion a = here.car(k), b = there.car(k);
-    EXPECT_LT((shift + turn * a.centre - b.centre).norm(), 1e-6) << k;
-    EXPECT_LT((turn * a.axes - b.axes).norm(), 1e-6);
-  }
-  EXPECT_GT(here.incidents().impacts.size(), 0U);
-}
-
-TEST(SpatialRun, MovedAndTurnedIsTheSame) { expect_the_same_elsewhere(inputs::BodyShape::box); }
-TEST(SpatialRun, MovedAndTurnedIsTheSameWithTanks) { expect_the_same_elsewhere(inputs::BodyShape::cylinder); }
-
 TEST(SpatialRun, FlatAndStiffMovesAsInThePlane) {
   inputs::Scenario plane = test::accident(15);
   plane.model = inputs::Model::extended;
