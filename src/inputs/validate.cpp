@@ -139,6 +139,32 @@ void check_coupler(const std::string& key, const std::string& type) {
   refuse(key, type, "unknown type of coupler", fmt::format("{}", fmt::join(names, ", ")));
 }
 
+/// The body of a block stands upright, with the centre of mass below its top. What it leaves out is by its name.
+void check_body(const CarBlock& b, const std::string& prefix) {
+  if (!b.floor_height && !b.roof_height && !b.centre_height) return;
+  const CarBody& usual = body_of(b.name);
+  const double floor = b.floor_height.value_or(usual.floor), roof = b.roof_height.value_or(usual.roof),
+               centre = b.centre_height.value_or(centre_height(usual, b.weight));
+  const auto against = [](const char* name, double height, bool given) {
+    return fmt::format("{} = {:.6g} m{}", name, height, given ? "" : ", which goes with the name of the block");
+  };
+  if (!(roof > floor)) {
+    if (b.roof_height)
+      refuse(prefix + "roof_height", fmt::format("{}", roof),
+             "not above " + against("floor_height", floor, b.floor_height.has_value()),
+             fmt::format("> {:.6g} m", floor));
+    refuse(prefix + "floor_height", fmt::format("{}", floor), "not below " + against("roof_height", roof, false),
+           fmt::format("< {:.6g} m", roof));
+  }
+  if (centre < roof) return;
+  if (b.centre_height)
+    refuse(prefix + "centre_height", fmt::format("{}", centre),
+           "not below " + against("roof_height", roof, b.roof_height.has_value()), fmt::format("< {:.6g} m", roof));
+  refuse(prefix + "roof_height", fmt::format("{}", roof),
+         fmt::format("not above centre_height = {:.6g} m, which goes with the name and weight of the block", centre),
+         fmt::format("> {:.6g} m, or give centre_height too", centre));
+}
+
 void check_across(const Scenario& s) {
   check_coupler("coupler.type", s.coupler.type);
   for (std::size_t i = 0; i < s.consist.size(); ++i) {
@@ -171,6 +197,7 @@ void check_across(const Scenario& s) {
                            kYawInertiaFactors.max * unit, kYawInertiaFactors.min, kYawInertiaFactors.max));
       }
     }
+    check_body(b, key(""));
     cars += b.count;
     if (cars > kCarsMax) {
       refuse(key("count"), fmt::format("{}", b.count), fmt::format("the train has {} cars up to this block", cars),

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include <fmt/ranges.h>
 
 #include "schema.hpp"
+#include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/units.hpp"
@@ -141,6 +143,35 @@ void judge_train(const Scenario& s, std::vector<Warning>& out) {
   }
 }
 
+/// Adds a warning for each type of coupler that holds without limit what a key of the group coupler limits all the
+/// same. Other values beside a type are meant to take the place of the type's.
+void judge_couplers(const Scenario& s, std::vector<Warning>& out) {
+  if (model_of(s) != Model::spatial) return;
+  std::set<std::string> seen{Coupler().type};  // which nobody need have chosen
+  const auto judge = [&](const std::string& key, const std::string& word) {
+    if (word.empty() || !seen.insert(word).second) return;
+    const CouplerType* type = car_types().coupler(word);
+    if (type == nullptr) return;
+    const Coupler& c = s.coupler;
+    const auto judge_limit = [&](const char* name, const std::optional<double>& of_type,
+                                 const std::optional<double>& given) {
+      if (of_type != kInfinity || !given || *given == kInfinity) return;
+      const KeyValue v = key_value(s, std::string("coupler.") + name);
+      out.push_back(
+          {key, word,
+           fmt::format("has no effect on {0}: coupler.{0} = {1} holds for all couplers; with .inf there a {2} "
+                       "coupler is what it is",
+                       name, shown(*given, v.unit, v.shown_unit), type->name)});
+    };
+    judge_limit("slip_height", type->slip_height, c.slip_height);
+    judge_limit("vertical_hold", type->vertical_hold, c.vertical_hold);
+    judge_limit("roll_limit", type->roll_limit, c.roll_limit);
+  };
+  judge("coupler.type", s.coupler.type);
+  for (std::size_t i = 0; i < s.consist.size(); ++i)
+    judge(fmt::format("consist[{}].coupler_type", i), s.consist[i].coupler_type);
+}
+
 }  // namespace
 
 std::string to_string(const Warning& w) {
@@ -160,6 +191,7 @@ std::vector<Warning> warnings(const Scenario& scenario) {
     if (known == preset.end() || known->second != v.value) out.push_back(idle(v));
   }
   judge_train(scenario, out);
+  judge_couplers(scenario, out);
   if (!scenario.assumptions.empty())
     out.push_back({"consist", "", fmt::format("a train list; assumed: {}", fmt::join(scenario.assumptions, "; "))});
   return out;

@@ -139,6 +139,39 @@ TEST(Parts, ACarHasToBeLeftToDerail) {
             "scenario: initial.cars_ahead = '-1': out of range; allowed: [0, 999]");
 }
 
+TEST(Parts, BodiesStandUprightWithTheirCentreBelowTheTop) {
+  const auto of_block = [](const std::optional<double>& floor, const std::optional<double>& roof,
+                           const std::optional<double>& centre) {
+    return refusal([&](Scenario& s) {
+      s.consist[0].name = "hopper";  // floor 1.1 m, roof 4.2 m, loaded to 263 kip: centre 2.34 m
+      s.consist[0].weight = 263.0 * inputs::kKip;
+      s.consist[0].floor_height = floor;
+      s.consist[0].roof_height = roof;
+      s.consist[0].centre_height = centre;
+    });
+  };
+  EXPECT_EQ(of_block(1.0, 3.0, 1.5), "no error");
+  EXPECT_EQ(of_block({}, 3.0, {}), "no error");
+  EXPECT_EQ(of_block(2.5, 2.5, 1.5),
+            "scenario: consist[0].roof_height = '2.5': not above floor_height = 2.5 m; allowed: > 2.5 m");
+  EXPECT_EQ(of_block({}, 1.0, 0.8),
+            "scenario: consist[0].roof_height = '1': not above floor_height = 1.1 m, which goes with the name of the "
+            "block; allowed: > 1.1 m");
+  EXPECT_EQ(of_block(4.0, 3.0, {}),
+            "scenario: consist[0].roof_height = '3': not above floor_height = 4 m; allowed: > 4 m");
+  EXPECT_EQ(refusal([](Scenario& s) {
+              s.consist[0].name = "flat";
+              s.consist[0].floor_height = 3.7;
+            }),
+            "scenario: consist[0].floor_height = '3.7': not below roof_height = 3.6 m, which goes with the name of the "
+            "block; allowed: < 3.6 m");
+  EXPECT_EQ(of_block(1.0, 3.0, 3.0),
+            "scenario: consist[0].centre_height = '3': not below roof_height = 3 m; allowed: < 3 m");
+  EXPECT_EQ(of_block({}, 2.0, {}),
+            "scenario: consist[0].roof_height = '2': not above centre_height = 2.34 m, which goes with the name and "
+            "weight of the block; allowed: > 2.34 m, or give centre_height too");
+}
+
 TEST(Parts, GradesFollowEachOther) {
   EXPECT_EQ(refusal([](Scenario& s) { s.track.grades = {{-100.0, 50.0, 0.01}, {-50.0, 50.0, -0.01}}; }), "no error");
   EXPECT_EQ(refusal([](Scenario& s) {

@@ -72,6 +72,22 @@ TEST(Warnings, WhatTheChosenLawsDoNotUseHasNoEffect) {
       2u);
 }
 
+TEST(Warnings, ATypeOfCouplerThatAKeyDefeatsNamesBoth) {
+  const auto text = [](const std::string& key) {
+    return key +
+           " = rotary: has no effect on roll_limit: coupler.roll_limit = 10 deg holds for all couplers; with .inf "
+           "there a rotary coupler is what it is";
+  };
+  EXPECT_EQ(said(shipped("accident3d.yaml")), Texts{});
+  EXPECT_EQ(said(shipped("accident3d.yaml", {{"coupler.type", "rotary"}})), Texts{text("coupler.type")});
+  EXPECT_EQ(said(shipped("accident3d.yaml", {{"consist[1].coupler_type", "rotary"}})),
+            Texts{text("consist[1].coupler_type")});
+  EXPECT_EQ(said(shipped("accident3d.yaml", {{"coupler.type", "rotary"}, {"coupler.roll_limit", ".inf"}})), Texts{});
+  EXPECT_EQ(said(shipped("accident3d.yaml", {{"coupler.type", "F"}, {"coupler.pitch_limit", "5 deg"}})), Texts{})
+      << "another value than the type's, on purpose";
+  EXPECT_EQ(said(shipped("accident3d.yaml", {{"coupler.type", "F"}, {"coupler.slip_height", "0.3 m"}})).size(), 1U);
+}
+
 TEST(Warnings, AChangeToTheDefaultThatDoesNothingIsSaid) {
   const std::vector<inputs::Override> given{{"ground.on_track_friction", "0.15"}};
   EXPECT_EQ(said(shipped("accident.yaml", given)), Texts{}) << "written out, it is no noise";
