@@ -14,6 +14,7 @@
 #include <CLI/CLI.hpp>
 
 #include "bag_output.hpp"
+#include "check_command.hpp"
 #include "ensemble.hpp"
 #include "exit_codes.hpp"
 #include "files.hpp"
@@ -31,7 +32,6 @@
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "train_derail/inputs/writer.hpp"
-#include "train_derail/model/step_limit.hpp"
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/incidents_csv.hpp"
 #include "train_derail/outcome/report.hpp"
@@ -215,18 +215,10 @@ class Outputs {
   std::vector<std::string> paths_;
 };
 
-/// How long the step may be, and by what, as a comment of YAML; "" where error control chooses it.
-std::string step_text(const inputs::Scenario& s) {
-  if (!s.solver.fixed_step) return "";
-  const model::StepLimit strictest = model::step_limits(s).front();
-  return fmt::format("# Step {:.4g} s; at most {:.4g} s, beyond which {} would make the motion unstable\n",
-                     *s.solver.fixed_step, strictest.step_max, strictest.key);
-}
-
 int check(const RunArguments& a) {
   const inputs::Scenario scenario = read(a);
   apps::say_warnings(scenario, apps::overrides(a.set));
-  std::cout << inputs::to_yaml(scenario) << step_text(scenario);
+  std::cout << apps::explained(scenario);
   return apps::kOk;
 }
 

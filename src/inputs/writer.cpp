@@ -3,10 +3,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <set>
 
 #include <nlohmann/json.hpp>
 
 #include "schema.hpp"
+#include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/units.hpp"
 
 namespace train_derail::inputs {
@@ -19,8 +21,14 @@ namespace {
 
 class Writer {
  public:
-  Writer(std::string& out, std::string indent, std::string first_indent)
-      : out_(out), indent_(std::move(indent)), first_(std::move(first_indent)) {}
+  /// \param given  keys of optional numbers that are no comments; null: all
+  Writer(std::string& out, std::string prefix, std::string indent, std::string first_indent,
+         const std::set<std::string>* given)
+      : out_(out),
+        prefix_(std::move(prefix)),
+        indent_(std::move(indent)),
+        first_(std::move(first_indent)),
+        given_(given) {}
 
   void text(const char* key, const std::string& value, const Doc&) { line(key, yaml_text(value)); }
   void number(const char* key, double value, const NumberInput& q, const Doc&) {
@@ -31,7 +39,10 @@ class Writer {
     line(key, number_text(value), comment);
   }
   void number(const char* key, const std::optional<double>& value, const NumberInput& q, const Doc& doc) {
-    if (value) number(key, *value, q, doc);
+    if (!value) return;
+    const bool left_out = given_ != nullptr && given_->count(prefix_ + key) == 0;
+    if (left_out) first_ += "# ";
+    number(key, *value, q, doc);
   }
   template <class I>
   void integer(const char* key, I value, const Range&, bool, const Doc&) {
@@ -48,15 +59,15 @@ class Writer {
   template <class G, class F>
   void group(const char* key, const G& g, F describe_it, const Doc&) {
     line(key, "");
-    Writer child(out_, indent_ + "  ", indent_ + "  ");
+    Writer child(out_, prefix_ + key + ".", indent_ + "  ", indent_ + "  ", given_);
     describe_it(child, g);
   }
   template <class G, class F>
   void list(const char* key, const std::vector<G>& items, F describe_it, const Doc&, bool) {
     line(key, items.empty() ? "[]" : "");
-    for (const G& item : items) {
-      Writer child(out_, indent_ + "    ", indent_ + "  - ");
-      describe_it(child, item);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      Writer child(out_, fmt::format("{}{}[{}].", prefix_, key, i), indent_ + "    ", indent_ + "  - ", given_);
+      describe_it(child, items[i]);
     }
   }
 
@@ -68,7 +79,8 @@ class Writer {
   }
 
   std::string& out_;
-  std::string indent_, first_;
+  std::string prefix_, indent_, first_;
+  const std::set<std::string>* given_;
 };
 
 /// Returns the scenario with the default factors in blocks that give neither a value nor a factor.
@@ -137,8 +149,18 @@ class Lister {
 
 std::string to_yaml(const Scenario& scenario) {
   std::string out;
-  Writer writer(out, "", "");
+  Writer writer(out, "", "", "", nullptr);
   const Scenario full = with_defaults(scenario);
+  describe(writer, full);
+  return out;
+}
+
+std::string to_yaml(const Scenario& scenario, const Scenario& acting) {
+  std::set<std::string> given;
+  for (const KeyValue& v : key_values(with_defaults(scenario))) given.insert(v.key);
+  std::string out;
+  Writer writer(out, "", "", "", &given);
+  const Scenario full = with_defaults(acting);
   describe(writer, full);
   return out;
 }

@@ -1,13 +1,17 @@
 // The command line as a user meets it: a real process, its exit code, what it prints and leaves behind.
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "command_line.hpp"
+#include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/inputs/writer.hpp"
+#include "train_derail/model/train.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail {
@@ -140,6 +144,36 @@ TEST_F(Cli, CheckPrintsAScenarioThatChecksTheSame) {
   EXPECT_EQ(first.code, 0) << first.out;
   EXPECT_EQ(first.out, direct.out);
   EXPECT_NE(direct.out.find("37 mph"), std::string::npos);
+}
+
+TEST_F(Cli, CheckTellsOfATrainInSpaceWhatFollowsFromOtherKeys) {
+  write("rotary.yaml", "base: " + kSource + "/config/accident3d.yaml\ncoupler: {roll_limit: .inf}\n");
+  const std::string arguments = "check " + at("rotary.yaml") + " --set consist[1].coupler_type=F";
+  const Result r = derail(arguments);
+  ASSERT_EQ(r.code, 0) << r.out;
+  // Without the signs of comments it is a scenario with the same cars and couplers, to the last bit.
+  const inputs::Scenario plain = inputs::read_scenario_file(at("rotary.yaml"), {{"consist[1].coupler_type", "F"}});
+  std::string filled = std::regex_replace(r.out, std::regex("# ([a-z_]+: )"), "$1");
+  write("filled.yaml", filled);
+  const inputs::Scenario all = inputs::read_scenario_file(at("filled.yaml"));
+  EXPECT_EQ(model::expand(all.consist), model::expand(plain.consist));
+  for (std::size_t i = 0; i < plain.consist.size(); ++i) {
+    EXPECT_FALSE(plain.consist[i].centre_height);
+    EXPECT_EQ(all.consist[i].centre_height, model::expand({plain.consist[i]})[0].centre_height);
+    EXPECT_TRUE(all.consist[i].floor_height && all.consist[i].roof_height && all.consist[i].roll_inertia);
+  }
+  const inputs::CouplerHold hold = inputs::coupler_hold(plain.coupler, "", "");
+  EXPECT_EQ(all.coupler.pitch_limit, hold.pitch_limit);
+  EXPECT_EQ(all.coupler.vertical_hold, hold.vertical_hold);
+  // As it stands it is the scenario itself, and says the same again.
+  write("full.yaml", r.out);
+  EXPECT_EQ(inputs::to_yaml(inputs::read_scenario_file(at("full.yaml"))), inputs::to_yaml(plain));
+  EXPECT_EQ(derail("check " + at("full.yaml")).out, r.out);
+  EXPECT_NE(r.out.find("\n# Coupler E_shelf to F: pitch_limit 6.5 deg, slip_height .inf, vertical_hold 200 kip, "
+                       "roll_limit .inf\n"),
+            std::string::npos)
+      << r.out;
+  EXPECT_EQ(derail("check " + kSource + "/config/accident.yaml").out.find("# centre_height"), std::string::npos);
 }
 
 TEST_F(Cli, VersionIsThatOfThePackage) {

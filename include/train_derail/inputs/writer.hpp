@@ -12,6 +12,10 @@ namespace train_derail::inputs {
 /// that people read. read_scenario() reads the same scenario back from it.
 std::string to_yaml(const Scenario& scenario);
 
+/// The same. What `acting` gives and `scenario` leaves out stands there as comments, in its place: `acting` is the same
+/// scenario with values for what follows from other keys.
+std::string to_yaml(const Scenario& scenario, const Scenario& acting);
+
 /// Returns `value` as a text of YAML in double quotes.
 std::string yaml_text(const std::string& value);
 
