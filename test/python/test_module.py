@@ -21,6 +21,9 @@ DERAIL = ''
 BASELINE = 'config/baseline.yaml'
 # All parts of the extended model, and incidents of each kind, in a second or so.
 ACCIDENT = 'config/accident.yaml'
+# A train in three dimensions of which cars come to lie on their sides.
+SPACE = 'config/accident3d.yaml'
+FEW = {'consist[1].count': 20, 'initial.cars_ahead': 3, 'output.interval': '0.1 s'}
 SHORT = {'stop.time_max': '8 s', 'initial.speed': '60 mph'}
 LONG = {**SHORT, 'consist[1].count': 900, 'stop.time_max': '30 s'}  # some seconds of computing
 PERTURBED = {'initial.perturbation.spacing': '1 cm', 'consist[0].count': 12}
@@ -47,7 +50,7 @@ class Case(unittest.TestCase):
 
     def derail(self, *arguments, changes=None):
         """Calls derail from another folder, with presets by their full path."""
-        arguments = [train_derail.load(a).source if a in (BASELINE, ACCIDENT) else a for a in arguments]
+        arguments = [train_derail.load(a).source if a in (BASELINE, ACCIDENT, SPACE) else a for a in arguments]
         sets = [word for key, value in (changes or {}).items() for word in ('--set', f'{key}={value}')]
         result = subprocess.run([DERAIL, *arguments, '--quiet', *sets], cwd=self.folder, capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -94,7 +97,7 @@ class RunTest(Case):
         self.assertEqual(number, self.outcome_of_derail(BASELINE, changes={'initial.speed': '55 mph'})['cars_off_track'])
 
     def test_outcome_is_that_of_derail(self):
-        for name, changes in ((BASELINE, {}), (BASELINE, {'solver.method': 'bdf'}), (ACCIDENT, SHORT)):
+        for name, changes in ((BASELINE, {}), (BASELINE, {'solver.method': 'bdf'}), (ACCIDENT, SHORT), (SPACE, FEW)):
             with self.subTest(name, changes=changes):
                 outcome = train_derail.run(name, changes).outcome
                 wanted = self.outcome_of_derail(name, changes=changes)
@@ -103,8 +106,22 @@ class RunTest(Case):
                 self.assertEqual(list(outcome), list(train_derail.outcome_fields))
 
     def test_states_and_incidents_are_those_of_derail(self):
-        self.derail('run', ACCIDENT, '--csv', self.path('states.csv'), '--incidents', self.path('incidents.csv'), changes=SHORT)
-        run = train_derail.run(ACCIDENT, SHORT, states=True)
+        for name, changes in ((ACCIDENT, SHORT), (SPACE, FEW)):
+            with self.subTest(name):
+                self.check_states_and_incidents(name, changes)
+
+    def test_cars_of_a_train_in_space_roll(self):
+        run = train_derail.run(SPACE, FEW, states=True)
+        tilt = run.cars['tilt'][-1]
+        self.assertEqual(run.outcome['cars_over'], np.count_nonzero(tilt >= np.radians(45.0)))
+        self.assertGreater(run.outcome['cars_over'], 0)
+        q = {n: run.cars[n][-1] for n in ('qx', 'qy', 'qz', 'qw')}
+        np.testing.assert_allclose(np.cos(tilt), 1.0 - 2.0 * (q['qx']**2 + q['qy']**2), atol=1e-9, err_msg='of the upward axis')
+        self.assertLess(run.cars['z'][-1].min(), 0.0, 'down the bank')
+
+    def check_states_and_incidents(self, name, changes):
+        self.derail('run', name, '--csv', self.path('states.csv'), '--incidents', self.path('incidents.csv'), '--force', changes=changes)
+        run = train_derail.run(name, changes, states=True)
         self.assertIsInstance(run.table, pandas.DataFrame)
         self.assert_table(run.table, self.rows('states.csv'))
         self.assert_table(run.incidents, self.rows('incidents.csv'))

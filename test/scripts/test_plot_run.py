@@ -111,6 +111,16 @@ class PlotRunTest(PlotTest):
             if lines:
                 self.assertGreater(np.ptp(drawn[0].get_ydata()), 100.0)
 
+    def test_a_train_in_space_is_drawn_from_above(self):
+        scenario = os.path.join(os.path.dirname(plot_run.__file__), '..', 'config', 'accident3d.yaml')
+        change = ['--set', 'consist[1].count=12', '--set', 'initial.cars_ahead=2']
+        self.derail('run', scenario, '--csv', self.path('space.csv'), *change)
+        done = script('plot_run.py', self.path('space.csv'), '--out', self.path('space'), '--scenario', scenario, '--derail',
+                      self.program, *change)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for kind in ('forces', 'layout'):
+            self.check_picture(self.path(f'space/space_{kind}.png'))
+
     def test_the_larger_view_is_of_what_lies_together_not_of_what_has_rolled_away(self):
         far = 20
         x = np.concatenate([[9000.0, 8980.0], np.arange(far) * -5.0, -150.0 - 20.0 * np.arange(30)])

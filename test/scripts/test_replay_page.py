@@ -101,6 +101,29 @@ class ReplayPageTest(PageTest):
                 drawn = self.js('replay.scenes[0].poses[arguments[0]].p.toArray()', car)
                 self.assertLess(math.hypot(drawn[0] - now['x'], drawn[1] - now['y']), 1e-3)
 
+    def test_cars_of_a_train_in_space_lie_as_the_csv_has_them(self):
+        scenario = os.path.join(os.path.dirname(MAKE_PAGE), '..', 'config', 'accident3d.yaml')
+        page, states = self.path('space.html'), self.path('space.csv')
+        self.derail('run', scenario, '--set', 'consist[1].count=10', '--set', 'initial.cars_ahead=2',
+                    '--set', 'output.interval=0.2', '--html', page, '--csv', states)
+        with open(states, encoding='utf-8', newline='') as file:
+            rows = list(csv.DictReader(file))
+        end = max(float(row['time_s']) for row in rows)
+        last = [row for row in rows if float(row['time_s']) == end]
+        self.assertTrue(any(float(row['tilt_rad']) > math.pi / 4 for row in last), 'no car is over')
+        open_page(self.browser, page)
+        self.js('replay.seek(arguments[0])', end)
+        for car, row in enumerate(last):
+            now = self.js('replay.carNow(arguments[0])', car)
+            for name in ('x', 'y', 'z'):
+                self.assertLessEqual(abs(now[name] - float(row[name + '_m'])), 0.0051, (car, name))
+            shown, wanted = (np.array([float(q[name]) for name in ('qx', 'qy', 'qz', 'qw')]) for q in (now, row))
+            apart = min(np.linalg.norm(shown - wanted), np.linalg.norm(shown + wanted))  # both mean the same
+            self.assertLess(2.0 * math.degrees(apart), 0.1, car)
+            # What is drawn has its upward axis there: the body of a car that is over lies.
+            up = self.js('((c) => { const q = replay.scenes[0].poses[c].q; return 1 - 2 * (q.x * q.x + q.y * q.y); })(arguments[0])', car)
+            self.assertLess(abs(math.degrees(math.acos(max(-1.0, min(1.0, up)))) - math.degrees(float(row['tilt_rad']))), 0.5, car)
+
     def test_forces_are_those_of_the_csv(self):
         times = self.js('replay.run.times')
         peaks = [0.0, 0.0]
