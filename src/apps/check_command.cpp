@@ -58,8 +58,7 @@ std::string holds_text(const inputs::Scenario& s) {
     return block.coupler_type.empty() ? s.coupler.type : block.coupler_type;
   };
   const auto add = [&](const inputs::CarBlock& lead, const inputs::CarBlock& trail) {
-    if (!lead.coupler_type.empty() || !trail.coupler_type.empty())
-      pairs.insert(std::minmax({type(lead), type(trail)}));
+    if (!lead.coupler_type.empty() || !trail.coupler_type.empty()) pairs.insert(std::minmax({type(lead), type(trail)}));
   };
   for (std::size_t i = 0; i < s.consist.size(); ++i) {
     if (s.consist[i].count > 1) add(s.consist[i], s.consist[i]);
@@ -72,12 +71,12 @@ std::string holds_text(const inputs::Scenario& s) {
     std::string values;
     for (const char* name : {"pitch_limit", "slip_height", "vertical_hold", "roll_limit"}) {
       const inputs::KeyValue v = inputs::key_value(between, std::string("coupler.") + name);
-      values += fmt::format("{} {} {}", values.empty() ? "" : ",", name,
-                            v.value == ".inf" ? v.value
-                                              : fmt::format("{:.6g} {}",
-                                                            inputs::from_si(inputs::to_si(v.value, v.unit), v.unit,
-                                                                            v.shown_unit),
-                                                            v.shown_unit));
+      values += fmt::format(
+          "{} {} {}", values.empty() ? "" : ",", name,
+          v.value == ".inf"
+              ? v.value
+              : fmt::format("{:.6g} {}", inputs::from_si(inputs::to_si(v.value, v.unit), v.unit, v.shown_unit),
+                            v.shown_unit));
     }
     text += fmt::format("# Coupler {} to {}:{}\n", lead, trail, values);
   }

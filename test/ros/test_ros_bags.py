@@ -5,6 +5,7 @@ import base64
 import fcntl
 import io
 import json
+import math
 import os
 import re
 import resource
@@ -26,6 +27,7 @@ import rospy
 import rostest
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 import kill_bag
@@ -126,13 +128,26 @@ class BagTest(unittest.TestCase):
         self.assertEqual(first, second)
         self.assertEqual(first, self.offline)
 
-    def test_an_accident_recorded_and_written_offline_are_equal(self):
-        scenario = os.path.join(rospkg.RosPack().get_path('train_derail'), 'config/accident.yaml')
+    def accident(self, name):
+        """The recording that derail makes of a preset with a short train; the path of the preset, the changes and the bag."""
+        scenario = os.path.join(rospkg.RosPack().get_path('train_derail'), 'config', name + '.yaml')
         changes = ('consist[1].count=21', 'initial.cars_ahead=4', 'stop.time_max=15', 'output.interval=0.1')
-        offline = self.path('accident_offline.bag')
-        subprocess.run([program('derail'), 'run', scenario, *('--set=' + c for c in changes), '--quiet', '--bag', offline],
+        offline = self.path(name + '_offline.bag')
+        subprocess.run([program('derail'), 'run', scenario, *('--set=' + c for c in changes), '--quiet', '--force', '--bag', offline],
                        check=True, timeout=LIMIT)
-        self.assertEqual(self.record('accident.bag', scenario, changes), contents(offline))
+        return scenario, changes, offline
+
+    def test_an_accident_recorded_and_written_offline_are_equal(self):
+        for name in ('accident', 'accident3d'):
+            with self.subTest(name):
+                scenario, changes, offline = self.accident(name)
+                self.assertEqual(self.record(name + '.bag', scenario, changes), contents(offline))
+                self.check_impacts(offline)
+        with rosbag.Bag(offline) as bag:
+            last = [m for _, m, _ in bag.read_messages(['/train_derail/cars'])][-1]
+        self.assertGreater(sum(car.tilt > math.pi / 4 for car in last.cars), 0, 'no car of the train in space is over')
+
+    def check_impacts(self, offline):
         with rosbag.Bag(offline) as bag:
             impacts = [m for _, m, _ in bag.read_messages(['/train_derail/impacts'])]
         self.assertEqual((impacts[0].time, impacts[0].impacts), (0.0, []))
@@ -221,17 +236,20 @@ class BagTest(unittest.TestCase):
                               env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'))
 
     def test_a_page_of_a_bag_is_that_of_the_run(self):
-        scenario = os.path.join(rospkg.RosPack().get_path('train_derail'), 'config/accident.yaml')
-        changes = ('consist[1].count=21', 'initial.cars_ahead=4', 'stop.time_max=15', 'output.interval=0.1')
-        page, bag = self.path('page.html'), self.path('page.bag')
-        for target in (('--html', page), ('--bag', bag)):
-            subprocess.run([program('derail'), 'run', scenario, *('--set=' + c for c in changes), '--quiet', *target],
-                           check=True, timeout=LIMIT)
-        self.record('page_node.bag', scenario, changes)
+        for name in ('accident', 'accident3d'):
+            with self.subTest(name):
+                self.check_page_of_a_bag(name)
+
+    def check_page_of_a_bag(self, preset):
+        scenario, changes, bag = self.accident(preset)
+        page, node = self.path('page.html'), preset + '_page_node.bag'
+        subprocess.run([program('derail'), 'run', scenario, *('--set=' + c for c in changes), '--quiet', '--force', '--html', page],
+                       check=True, timeout=LIMIT)
+        self.record(node, scenario, changes)
         (run, numbers), = self.runs_of(page)
         self.assertGreater(len(run['events']), 10)
         known = [row for row in run['outcome'] if row['name'] != 'wall_time']  # ~outcome does not tell how long it took
-        for name in ('page.bag', 'page_node.bag'):  # the node's own recording too
+        for name in (os.path.basename(bag), node):  # the node's own recording too
             said = self.replay(self.path(name), 'again.html')
             self.assertEqual(said.returncode, 0, said.stderr)
             (again, same), = self.runs_of(self.path('again.html'))
@@ -301,6 +319,25 @@ class BagTest(unittest.TestCase):
                 self.assertGreater(len(cut[topic]), 5)
             self.assertLess(len(cut[topic]), 151)
             self.assertEqual(cut[topic], self.offline[topic][:len(cut[topic])], topic)
+
+    def test_replay_of_a_train_in_space_has_its_states_and_frames(self):
+        bag = self.accident('accident3d')[2]
+        cars, frames = [], []
+        self.launch('replay.launch', 'bag:=' + bag, 'pause:=true', 'rate:=0')
+        subscribers = [rospy.Subscriber('/train_derail/cars', CarStates, cars.append),
+                       rospy.Subscriber('/tf', TFMessage, frames.append)]
+        self.assertTrue(wait_for(lambda: all(s.get_num_connections() > 0 for s in subscribers) and cars))
+        rospy.wait_for_service('/train_derail/resume', LIMIT)
+        self.assertTrue(rospy.ServiceProxy('/train_derail/resume', Trigger)().success)
+        with rosbag.Bag(bag) as recorded:
+            wanted = [m for _, m, _ in recorded.read_messages(['/train_derail/cars'])]
+            wanted_frames = [m for _, m, _ in recorded.read_messages(['/tf'])]
+        self.assertTrue(wait_for(lambda: cars[-1].time == wanted[-1].time and len(frames) >= len(wanted_frames)))
+        for subscriber in subscribers:
+            subscriber.unregister()
+        self.assertEqual([self.plain(m) for m in cars], [self.plain(m) for m in wanted])
+        seen = {self.plain(m) for m in frames}
+        self.assertEqual([m for m in wanted_frames if self.plain(m) not in seen], [])
 
     def test_replay_equals_the_run(self):
         cars, couplers, clocks, infos = [], [], [], []
