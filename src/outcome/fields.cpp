@@ -134,7 +134,7 @@ void add_released(Fields<Outcome>& f) {
       .in_studies()
       .as_headline();
   f.add(
-       "cars_released_expected", kMeanCars, "the same, expected over all seeds",
+       "cars_released_expected", kMeanCars, "tank cars that released, expected",
        "Mean of cars_released over all seeds, for these impacts.", [](auto& o) -> auto& { return o.released.expected; })
       .shown_when(has_released)
       .in_studies();
