@@ -1,8 +1,10 @@
 #!/usr/bin/python3
-"""Runs the accidents of config/accidents and writes the tables of docs/accidents.md and docs/accident_model.md.
+"""Runs the accidents of config/accidents and writes tables of docs: accidents, accident_model, spatial_model.
 
-  accident_table.py run            Markdown: every accident of docs/data/accidents.csv against an ensemble
-  accident_table.py study DIR ...  Markdown: medians of the studies in DIR (derail study), one row for each point
+  accident_table.py run              Markdown: every accident of docs/data/accidents.csv against an ensemble
+  accident_table.py study DIR ...    Markdown: medians of the studies in DIR (derail study), one row for each point
+  accident_table.py compare DIR ...  Markdown: means of every outcome at every point, and how likely chance alone sets
+                                     the point as far apart from the study's base (two-sample tests)
 
 --fill PAGE writes what the command prints between `<!-- begin: COMMAND ... -->` and `<!-- end -->` of a page of docs.
 Exit codes: 0 done, 1 a run failed, 2 something is wrong with a file.
@@ -18,6 +20,7 @@ import sys
 
 import numpy as np
 import yaml
+from scipy import stats
 
 ROOT = os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir)
 ACCIDENTS = os.path.join(ROOT, 'config', 'accidents')
@@ -81,31 +84,72 @@ def run(arguments):
     return '\n'.join(lines) + '\n'
 
 
-def study(arguments):
-    lines = []
-    for folder in arguments.what:
+class Study:
+    """What `derail study` has left in a folder; runs that failed left out."""
+
+    def __init__(self, folder):
         try:
             with open(os.path.join(folder, 'about.json'), encoding='utf-8') as file:
-                columns = json.load(file)['columns']
+                self.columns = json.load(file)['columns']
             with open(os.path.join(folder, 'study.json'), encoding='utf-8') as file:
                 about = json.load(file)
             with open(os.path.join(folder, 'runs.csv'), encoding='utf-8', newline='') as file:
                 runs = [r for r in csv.DictReader(file) if r['ended'] != 'integration_failed']
         except FileNotFoundError as e:
             raise WrongFile(f'{e.filename}: missing; `derail study` writes it') from None
-        factors = about['factors']
+        self.title, self.outcomes, self.factors = about['title'], about['outcomes'], about['factors']
+        self.replicates = about['replicates']
         points = {}
         for r in runs:
             points.setdefault(int(r['point']), []).append(r)
-        base = points[0][0]
-        lines += [row('changed', *(heading(q, columns[q]['shown_unit']) for q in about['outcomes'])),
-                  row(*['---'] * (1 + len(about['outcomes'])))]
-        for _, members in sorted(points.items()):
-            changed = [f'{f["label"]}: {written(members[0][f["key"]], columns[f["key"]])}' for f in factors
-                       if members[0][f['key']] != base[f['key']]]
-            bands = (band([float(m[q]) / float(columns[q]['per_shown']) for m in members]) for q in about['outcomes'])
-            lines.append(row(', '.join(changed) or 'nothing', *bands))
-        lines += ['', f'{about["title"]}: {about["replicates"]} runs for each row.', '']
+        self.points = [members for _, members in sorted(points.items())]
+
+    def changed(self, members):
+        base = self.points[0][0]
+        return ', '.join(f'{f["label"]}: {written(members[0][f["key"]], self.columns[f["key"]])}' for f in self.factors
+                         if members[0][f['key']] != base[f['key']]) or 'nothing'
+
+    def values(self, members, outcome):
+        """As people read them."""
+        return np.array([float(m[outcome]) for m in members]) / float(self.columns[outcome]['per_shown'])
+
+    def heading(self, outcome):
+        return heading(outcome, self.columns[outcome]['shown_unit'])
+
+
+def study(arguments):
+    lines = []
+    for found in map(Study, arguments.what):
+        lines += [row('changed', *map(found.heading, found.outcomes)), row(*['---'] * (1 + len(found.outcomes)))]
+        for members in found.points:
+            lines.append(row(found.changed(members), *(band(found.values(members, q)) for q in found.outcomes)))
+        lines += ['', f'{found.title}: {found.replicates} runs for each row.', '']
+    return '\n'.join(lines[:-1]) + '\n'
+
+
+def mean(values):
+    return f'{values.mean():.3g}' if values.mean() < 1000 else f'{values.mean():.0f}'
+
+
+def chances(base, other):
+    """Of Kolmogorov-Smirnov's and of Mann-Whitney's test."""
+    return stats.ks_2samp(base, other).pvalue, stats.mannwhitneyu(base, other).pvalue
+
+
+def compare(arguments):
+    lines = []
+    for found in map(Study, arguments.what):
+        base, *others = found.points
+        if not others:
+            raise WrongFile(f'{found.title}: one point only; nothing to compare')
+        lines += [row('mean', 'base', *(f'{found.changed(o)} | p, distance | p, ranks' for o in others)),
+                  row(*['---'] * (2 + 3 * len(others)))]
+        for q in found.outcomes:
+            cells = [mean(found.values(base, q))]
+            for other in (found.values(o, q) for o in others):
+                cells += [mean(other), *(f'{p:.2g}' for p in chances(found.values(base, q), other))]
+            lines.append(row(found.heading(q), *cells))
+        lines += ['', f'{found.title}: {found.replicates} runs each.', '']
     return '\n'.join(lines[:-1]) + '\n'
 
 
@@ -122,7 +166,7 @@ def written(text, column):
     return 'none' if number == float('inf') else f'{number:.6g} {column["shown_unit"]}'.strip()
 
 
-COMMANDS = {f.__name__: f for f in (run, study)}
+COMMANDS = {f.__name__: f for f in (run, study, compare)}
 
 
 def main():
@@ -136,7 +180,7 @@ def main():
     p.add_argument('--fill', metavar='PAGE', help='to write into; its mark has the command and the folders')
     arguments = p.parse_args()
     if (arguments.command == 'run') != (not arguments.what):
-        p.error('run takes no files, study needs them')
+        p.error('run takes no files, the others need them')
     try:
         text = COMMANDS[arguments.command](arguments)
         if not arguments.fill:

@@ -1,9 +1,9 @@
 // A whole scene in three dimensions that is mirrored, moved or turned gives the same run, with every part of the model
 // at work and cars that go over. The point of derailment is the origin and the track runs through it along x, so no
 // input moves or turns the two. What can be moved and turned beside them is: a scene along a straight track with its
-// grades, sections and patches (moved), a scene along a curve (turned about the middle of the curve, with rails, ballast,
-// banks and superelevation), a scene off the track on level ground (turned about the vertical), and one that falls, where
-// no direction differs from another but for the fall itself (turned about any axis).
+// grades, sections and patches (moved), a scene along a curve (turned about the middle of the curve, with rails,
+// ballast, banks and superelevation), a scene off the track on level ground (turned about the vertical), and one that
+// falls, where no direction differs from another but for the fall itself (turned about any axis).
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -66,9 +66,9 @@ double apart(const Train& here, const Train& there, const Elsewhere& is, const V
   double most = 0.0;
   for (Eigen::Index k = 0; k < here.model().car_count(); ++k) {
     const SpatialMotion a = here.car(k), b = there.car(k);
-    most = std::max({most, (is.shift + is.turn * (a.centre - fallen) - (b.centre - fallen)).norm(),
-                     (is.axes(a.axes) - b.axes).norm(),
-                     (is.turn * (a.velocity - faster) - (b.velocity - faster)).norm()});
+    most =
+        std::max({most, (is.shift + is.turn * (a.centre - fallen) - (b.centre - fallen)).norm(),
+                  (is.axes(a.axes) - b.axes).norm(), (is.turn * (a.velocity - faster) - (b.velocity - faster)).norm()});
   }
   return most;
 }
@@ -89,7 +89,8 @@ Seen expect_the_same(Train& here, Train& there, const Elsewhere& is, double unti
   EXPECT_EQ(a.derailments.size(), b.derailments.size());
   EXPECT_EQ(a.impacts.size(), b.impacts.size());
   EXPECT_EQ(a.broken.size(), b.broken.size());
-  for (std::size_t i = 0; i < std::min(a.broken.size(), b.broken.size()); ++i) EXPECT_EQ(a.broken[i].by, b.broken[i].by);
+  for (std::size_t i = 0; i < std::min(a.broken.size(), b.broken.size()); ++i)
+    EXPECT_EQ(a.broken[i].by, b.broken[i].by);
   EXPECT_NEAR(here.energy().kinetic() / there.energy().kinetic(), 1.0, 1e-6);
   seen.derailments = a.derailments.size();
   seen.broken = a.broken.size();
@@ -121,7 +122,8 @@ const std::vector<Part> kCouplersAndContact{
     {"pitch stop", [](inputs::Scenario& s) { s.coupler.pitch_stiffness = 0.0; }},
     {"roll stop", [](inputs::Scenario& s) { s.coupler.roll_stiffness = 0.0; }},
     {"draft gear", [](inputs::Scenario& s) { s.coupler.draft_gear_stiffness *= 1.1; }},
-    {"coupler that breaks", [](inputs::Scenario& s) {
+    {"coupler that breaks",
+     [](inputs::Scenario& s) {
        s.coupler.break_draft = s.coupler.break_swing = s.coupler.break_twist = kInfinity;
        s.coupler.vertical_hold = kInfinity;
      }},

@@ -88,6 +88,31 @@ class AccidentTable(PlotTest):
         self.assertEqual(wrong.returncode, 2)
         self.assertIn('0 times "<!-- begin: study tiny -->"', wrong.stderr)
 
+    def test_points_of_a_study_are_compared_with_its_base(self):
+        out = self.path('compared')
+        text = STUDY.replace('plan: grid', 'plan: one_at_a_time')
+        self.derail('study', self.path('compared.yaml', text), '--out', out)
+        done = script('accident_table.py', 'compare', out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = [[c.strip() for c in line.split('|')[1:-1]] for line in done.stdout.splitlines() if line[:1] == '|']
+        self.assertEqual(rows[0][:5], ['mean', 'base', 'speed: 30 mph', 'p, distance', 'p, ranks'])
+        self.assertEqual([r[0] for r in rows[2:]], ['cars off track', 'coupler force peak, kip'])
+        with open(os.path.join(out, 'runs.csv'), encoding='utf-8', newline='') as file:
+            runs = list(csv.DictReader(file))
+        forces = [[float(r['coupler_force_peak']) / KIP for r in runs if r['point'] == p] for p in ('0', '1')]
+        self.assertEqual(rows[3][1:3], [accident_table.mean(np.array(f)) for f in forces])
+        # No value of one sample among those of the other: of 20 ways to deal six runs two are as far apart.
+        self.assertTrue(min(forces[0]) > max(forces[1]) or max(forces[0]) < min(forces[1]))
+        self.assertEqual(rows[3][3:5], ['0.1', '0.1'])
+        for line in (rows[1], rows[3]):
+            self.assertEqual(len(line), len(rows[0]))
+
+        text = STUDY.replace('[20 mph, 30 mph]', '[20 mph]').replace('[.inf, 5e4 lbf ft]', '[.inf]')
+        self.derail('study', self.path('single.yaml', text), '--out', self.path('single'))
+        wrong = script('accident_table.py', 'compare', self.path('single'))
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn('one point only', wrong.stderr)
+
     def test_an_accident_is_run_once_a_seed(self):
         columbus = ('accident_table.py', 'run', '--derail', self.program, '--only', 'columbus_2012')
         short = ('--set', 'stop.time_max=3 s')
