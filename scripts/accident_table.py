@@ -2,6 +2,7 @@
 """Runs the accidents of config/accidents and writes tables of docs: accidents, accident_model, spatial_model.
 
   accident_table.py run              Markdown: every accident of docs/data/accidents.csv against an ensemble
+  accident_table.py posture          Markdown: those of them of which reports tell how the cars lay, in three dimensions
   accident_table.py study DIR ...    Markdown: medians of the studies in DIR (derail study), one row for each point
   accident_table.py compare DIR ...  Markdown: means of every outcome at every point, and how likely chance alone sets
                                      the point as far apart from the study's base (two-sample tests)
@@ -24,6 +25,7 @@ from scipy import stats
 
 ROOT = os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir)
 ACCIDENTS = os.path.join(ROOT, 'config', 'accidents')
+IN_SPACE = os.path.join(ROOT, 'config', 'variants')  # of accidents whose scenario is one of the plane: NAME_3d.yaml
 FOOT = 0.3048
 
 
@@ -40,9 +42,9 @@ def row(*cells):
     return '| ' + ' | '.join(str(c) for c in cells) + ' |'
 
 
-def outcomes(arguments, name):
-    """Outcomes of the accident's scenario, one a seed."""
-    command = [arguments.derail, 'run', os.path.join(ACCIDENTS, name + '.yaml'), '--quiet', '--json', '-']
+def outcomes(arguments, path):
+    """Outcomes of a scenario, one a seed."""
+    command = [arguments.derail, 'run', path, '--quiet', '--json', '-']
     for change in arguments.set:
         command += ['--set', change]
     for seed in range(1, arguments.seeds + 1):
@@ -54,19 +56,31 @@ def outcomes(arguments, name):
         yield json.loads(done.stdout)
 
 
+def accidents_of(arguments):
+    """Each with its scenario's path and content, the train and the speed in it."""
+    with open(os.path.join(ROOT, 'docs', 'data', 'accidents.csv'), encoding='utf-8', newline='') as file:
+        for a in csv.DictReader(file):
+            if arguments.only and a['file'] not in arguments.only:
+                continue
+            path = os.path.join(ACCIDENTS, a['file'] + '.yaml')
+            with open(path, encoding='utf-8') as scenario:
+                yield a, path, yaml.safe_load(scenario)
+
+
+def in_space(scenario):
+    return scenario['base'] == '../accident3d.yaml'
+
+
 def run(arguments):
-    path = os.path.join(ROOT, 'docs', 'data', 'accidents.csv')
-    with open(path, encoding='utf-8', newline='') as file:
-        accidents = [a for a in csv.DictReader(file) if not arguments.only or a['file'] in arguments.only]
     columns = ('accident', 'mph', 'vehicles from the first to derail', 'derailed', 'predicted: median (5 to 95 %)',
                'site, ft', 'predicted main pile, ft', 'cars across', 'remarks')
     lines = [row(*columns), row(*['---'] * len(columns))]
     errors, inside = [], 0
-    for a in accidents:
-        with open(os.path.join(ACCIDENTS, a['file'] + '.yaml'), encoding='utf-8') as file:
-            scenario = yaml.safe_load(file)
+    for a, path, scenario in accidents_of(arguments):
+        if in_space(scenario):
+            continue
         behind = sum(b['count'] for b in scenario['consist']) - scenario['initial']['cars_ahead']
-        runs = list(outcomes(arguments, a['file']))
+        runs = list(outcomes(arguments, path))
         counts, real = [o['cars_derailed'] for o in runs], int(a['derailed'])
         low, middle, high = np.percentile(counts, (5, 50, 95))
         errors.append(middle - real)
@@ -82,6 +96,23 @@ def run(arguments):
               f'{errors[sizes.argmax()]:+.0f}. The real count lies within the 5 to 95 % of the seeds in {inside} of '
               f'{len(errors)}.']
     return '\n'.join(lines) + '\n'
+
+
+def posture(arguments):
+    columns = ('accident', 'mph', 'derailed', 'predicted', 'on their side or over', 'predicted', 'share', 'predicted')
+    lines = [row(*columns), row(*['---'] * len(columns))]
+    for a, path, scenario in accidents_of(arguments):
+        if not a['over']:
+            continue
+        if not in_space(scenario):
+            path = os.path.join(IN_SPACE, a['file'] + '_3d.yaml')
+        runs = list(outcomes(arguments, path))
+        derailed, over = ([o[q] for o in runs] for q in ('cars_derailed', 'cars_over'))
+        lines.append(row(
+            f'[{a["label"]}](../{os.path.relpath(path, ROOT)})', scenario['initial']['speed'].split()[0],
+            a['derailed'], band(derailed), a['over'], band(over), f'{int(a["over"]) / int(a["derailed"]):.2f}',
+            f'{sum(over) / sum(derailed):.2f}'))
+    return '\n'.join([*lines, '', f'{arguments.seeds} runs each.']) + '\n'
 
 
 class Study:
@@ -166,7 +197,7 @@ def written(text, column):
     return 'none' if number == float('inf') else f'{number:.6g} {column["shown_unit"]}'.strip()
 
 
-COMMANDS = {f.__name__: f for f in (run, study, compare)}
+COMMANDS = {f.__name__: f for f in (run, posture, study, compare)}
 
 
 def main():
@@ -179,8 +210,8 @@ def main():
     p.add_argument('--set', action='append', default=[], metavar='KEY=VALUE', help='change of all; may be repeated')
     p.add_argument('--fill', metavar='PAGE', help='to write into; its mark has the command and the folders')
     arguments = p.parse_args()
-    if (arguments.command == 'run') != (not arguments.what):
-        p.error('run takes no files, the others need them')
+    if (arguments.command in ('run', 'posture')) != (not arguments.what):
+        p.error('run and posture take no files, the others need them')
     try:
         text = COMMANDS[arguments.command](arguments)
         if not arguments.fill:

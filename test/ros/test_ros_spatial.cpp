@@ -4,8 +4,8 @@
 #include <map>
 #include <string>
 
-#include <Eigen/Geometry>
 #include <visualization_msgs/MarkerArray.h>
+#include <Eigen/Geometry>
 
 #include "marker_check.hpp"
 #include "node_client.hpp"
