@@ -186,7 +186,7 @@ def compare(arguments):
 
 def heading(quantity, unit):
     words = quantity.replace('_', ' ')
-    return f'{words}, {unit}' if unit and unit not in words else words
+    return f'{words}, {unit}' if unit and unit not in words.split() else words
 
 
 def written(text, column):
