@@ -17,14 +17,16 @@ namespace train_derail::model {
 class Rest {
  public:
   static constexpr double kTime = 0.5;   ///< for which a car must be still [s]
-  static constexpr double kPull = 0.05;  ///< largest sum of forces on a car that is still, over its weight
   static constexpr double kPush = 0.02;  ///< change of a neighbour's force that wakes a car, over its weight
 
   explicit Rest(std::size_t cars) : lying_(cars, false), still_for_(cars, 0.0) {}
 
   bool any() const { return count_ > 0; }
+  bool all() const { return count_ == lying_.size(); }
   bool lies(std::size_t car) const { return lying_[car]; }
 
+  /// It has been still for this long [s].
+  double still_for(std::size_t car) const { return still_for_[car]; }
   /// How a car that does not lie is in a step of length h [s]; true once it has been still for kTime.
   bool note(std::size_t car, bool still, double h) {
     still_for_[car] = still ? still_for_[car] + h : 0.0;

@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kMargin = 1.0;       // of pairs of bodies that are looked at, m
 constexpr double kSameImpact = 0.25;  // s: touches of the same two cars closer together are one impact
+constexpr double kLasting = 0.5;      // from then on bodies that touch lean on each other, s
+constexpr double kBearable = 0.5;     // of a car's speed, that all bodies which lean on it may take away in one step
 
 /// The head of a cylinder ends where it looks as much aside as along the car.
 Face face_met(const Body& body, const SpatialMotion& car, const Vector3d& push) {
@@ -34,6 +36,28 @@ void push_apart(SpatialCars& cars, std::size_t car, std::size_t back, Account ac
   cars.push(back, account, {-w.force, -w.torque - between.cross(w.force)});
 }
 
+/// What a force where bodies touch changes of a car's speed there, along the normal and across it [1/kg].
+struct Response {
+  double along = 0.0, across = 0.0;
+};
+
+Response response(const Body& body, const SpatialMotion& car, const BodyManifold& m) {
+  const Three<double> normal = three(car.axes.transpose() * m.normal), inertia = three(body.inertia);
+  Response r;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(m.count); ++i) {
+    const Three<double> arm = three(car.axes.transpose() * (m.point[i] - car.centre)), turn = arm.cross(normal);
+    const Three<double> square = {arm.x * arm.x, arm.y * arm.y, arm.z * arm.z};
+    const double along = turn.dot(turn.over(inertia));
+    const double all =
+        (square.y + square.z) / inertia.x + (square.x + square.z) / inertia.y + (square.x + square.y) / inertia.z;
+    r.along += m.share[i] * along;
+    r.across += m.share[i] * (all - along);
+  }
+  r.along += 1.0 / body.mass;
+  r.across += 2.0 / body.mass;
+  return r;
+}
+
 bool end_met(const Body& body, const SpatialMotion& car, const Vector3d& push) {
   const Face face = face_met(body, car, push);
   return face == Face::front || face == Face::rear;
@@ -42,7 +66,7 @@ bool end_met(const Body& body, const SpatialMotion& car, const Vector3d& push) {
 }  // namespace
 
 SpatialContacts::SpatialContacts(SpatialCars& cars, Record& record, Waker& waker)
-    : cars_(cars), record_(record), waker_(waker) {
+    : cars_(cars), record_(record), waker_(waker), damped_(cars.n, 0.0), damped_before_(cars.n, 0.0) {
   for (std::size_t k = 0; k < cars.n; ++k) by_x_.push_back(static_cast<int>(k));
 }
 
@@ -106,6 +130,8 @@ void SpatialContacts::press_all(double t, double h) {
   }
   // Half as much again for what speeds may grow within this step.
   moved_ += 1.5 * h * (cars_.fastest + cars_.spinning);
+  damped_.swap(damped_before_);
+  std::fill(damped_.begin(), damped_.end(), 0.0);
   // Who wakes may wake others.
   for (bool all = false; !all;) {
     all = true;
@@ -120,6 +146,28 @@ void SpatialContacts::press_all(double t, double h) {
       if (!(pair.apart > 0.0) && touch(t, h, pair)) all = false;
     }
   }
+}
+
+/// They have touched for so long that this is no blow.
+bool SpatialContacts::leans(double t, const Pair& pair) const {
+  return pair.impact >= 0 && !(t - pair.seen > kSameImpact) &&
+         t - record_.incidents.impacts[static_cast<std::size_t>(pair.impact)].time > kLasting;
+}
+
+/// Share of damping that steps of length h can carry: in a pile every car leans on several others, and each of them may
+/// damp as much as one step can stop. Together they would throw the car back and forth for ever.
+double SpatialContacts::bearable(double h, const Pair& pair, const BodyManifold& m, double damping,
+                                 double rub_damping) {
+  double share = 1.0;
+  for (const int car : {pair.a, pair.b}) {
+    const auto k = static_cast<std::size_t>(car);
+    if (cars_.rest.lies(k)) continue;
+    const Response r = response(cars_.bodies[k], cars_.at(k), m);
+    const double here = damping * r.along + rub_damping * r.across;
+    damped_[k] += here;
+    share = std::min(share, kBearable / (h * std::max(here, damped_before_[k])));
+  }
+  return share;
 }
 
 /// True if it has woken a car.
@@ -141,8 +189,17 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
     law.crush_force = law.side_crush_force;
   // What speeds change in ten steps of free fall: slower than that, a car that lies on another would hop as the force
   // changes between loading and unloading.
-  const double quiet = std::max(cars_.scenario.ground.regularization_speed, 10.0 * inputs::kStandardGravity * h);
+  double quiet = std::max(cars_.scenario.ground.regularization_speed, 10.0 * inputs::kStandardGravity * h);
   const auto points = static_cast<std::size_t>(m.count);
+  const double reduced = cars_.bodies[a].mass * cars_.bodies[b].mass / (cars_.bodies[a].mass + cars_.bodies[b].mass);
+  double rub_damping = friction_damping(law, reduced);
+  if (leans(t, pair)) {
+    double depth = 0.0;
+    for (std::size_t i = 0; i < points; ++i) depth += m.share[i] * std::max(m.depth[i] - pair.crushed, 0.0);
+    const double share = bearable(h, pair, m, quiet_damping(law, depth, quiet), rub_damping);
+    quiet /= share;
+    rub_damping *= share;
+  }
   // Numbers of their own, not Eigen's vectors: these go through memory after a cross product.
   using Vector = Three<double>;
   const Vector3d between = q.centre - r.centre;
@@ -173,8 +230,6 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
     return wakes(pair, Vector3d::Zero());
   }
   // Friction strains the bodies until they slide, as on the ground.
-  const double reduced = cars_.bodies[a].mass * cars_.bodies[b].mass / (cars_.bodies[a].mass + cars_.bodies[b].mass);
-  const double rub_damping = friction_damping(law, reduced);
   pair.sheared -= pair.sheared.dot(m.normal) * m.normal;
   pair.sheared += h / force * vector(mean_slip);
   const double strained = law.stiffness * pair.sheared.norm(), most = law.friction * force;
@@ -236,6 +291,7 @@ void SpatialContacts::resume(std::size_t car) {
 
 void SpatialContacts::walk(files::Archive& archive) {
   archive.value("moved", moved_);
+  archive.column("damped", damped_);
   archive.list("by_x", by_x_, [&](int& car) { archive.value("car", car); });
   archive.list("pairs", pairs_, [&](Pair& pair) {
     archive.value("a", pair.a);

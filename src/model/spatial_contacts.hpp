@@ -56,6 +56,8 @@ class SpatialContacts {
   Cylinder cylinder(std::size_t k) const;
   BodyContact meet(const Pair& pair) const;
   bool touch(double t, double h, Pair& pair);
+  bool leans(double t, const Pair& pair) const;
+  double bearable(double h, const Pair& pair, const BodyManifold& m, double damping, double rub_damping);
   bool wakes(Pair& pair, const Eigen::Vector3d& force);
   void note(double t, double h, Pair& pair, const BodyManifold& m, const Eigen::Vector3d& velocity, double force);
 
@@ -64,6 +66,8 @@ class SpatialContacts {
   Waker& waker_;
   std::vector<int> by_x_;
   std::vector<Pair> pairs_, old_pairs_;
+  // What all bodies that lean on a car would damp of its speed per second, in this step and in the one before [1/s].
+  std::vector<double> damped_, damped_before_;
   double moved_ = inputs::kInfinity;
 };
 

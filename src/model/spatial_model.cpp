@@ -9,6 +9,7 @@
 #include "model/air_brakes.hpp"
 #include "model/extended_kernels.hpp"
 #include "model/part.hpp"
+#include "model/seen_places.hpp"
 #include "model/spatial_cars.hpp"
 #include "model/spatial_contacts.hpp"
 #include "model/spatial_couplers.hpp"
@@ -25,6 +26,9 @@ namespace train_derail::model {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kTremor = 30.0;  // speed at which bodies that keep still may tremble, over terrain.rest_speed
+constexpr double kStray = 0.25;   // how far they may come meanwhile, over that speed times Rest::kTime
 
 constexpr Versions<ExtendedKernels> kVersions TRAIN_DERAIL_VERSIONS(kExtended);
 constexpr Versions<SpatialKernels> kSpatialVersions TRAIN_DERAIL_VERSIONS(kSpatial);
@@ -43,7 +47,8 @@ struct SpatialModel::Parts final : Waker {
         trucks(cars, owner.cars(), bed, brakes, loops, record),
         locomotives(locomotives_of(scenario, owner.cars())),
         couplers(cars, owner.cars(), brakes, record, *this),
-        contacts(cars, record, *this) {
+        contacts(cars, record, *this),
+        seen(owner.cars().size()) {
     SpatialArrays& a = cars.arrays;
     a.rails = &scenario.rails;
     a.spring = scenario.suspension.stiffness;
@@ -64,6 +69,7 @@ struct SpatialModel::Parts final : Waker {
   std::vector<Locomotive> locomotives;
   SpatialCouplers couplers;
   SpatialContacts contacts;
+  SeenPlaces seen;
   std::vector<std::size_t> still;  // cars that lie down at the end of this step
   bool forces_found = false;
 
@@ -110,25 +116,40 @@ struct SpatialModel::Parts final : Waker {
     if (car + 1 < cars.n) couplers.couple(car);
   }
 
-  /// Cars off the rails that have been slow enough for long enough. Forces are known.
+  /// Nothing pulls at it or lets go of it later.
+  bool stands(std::size_t car) const {
+    const auto pulls = [car](const Locomotive& l) { return static_cast<std::size_t>(l.car) == car && l.pull != 0.0; };
+    return trucks.held_by_brakes(car) && std::none_of(locomotives.begin(), locomotives.end(), pulls);
+  }
+
+  /// No point of it has come far since it was seen first. It may tremble: bodies that are pressed together do, and
+  /// those that lie on an edge of the ground.
+  bool keeps_still(std::size_t car, double limit) {
+    if (!(cars.swirl[car] < kTremor * limit && cars.velocity(car).norm() < kTremor * limit)) return false;
+    const SpatialMotion& now = cars.at(car);
+    if (cars.rest.still_for(car) > 0.0 && seen.way(car, now, cars.bodies[car].radius) < kStray * Rest::kTime * limit)
+      return true;
+    seen.see(car, now);
+    return cars.rest.still_for(car) == 0.0;
+  }
+
+  /// Cars that have been slow enough for long enough, off the rails or held by their brakes. Forces are known.
   void find_still(double h) {
     const double limit = scenario.terrain.rest_speed;
     still.clear();
     if (!(limit > 0.0)) return;
     for (std::size_t k = 0; k < cars.n; ++k) {
-      if (!trucks.grounded(k) || cars.rest.lies(k)) continue;
-      const Body& b = cars.bodies[k];
-      // Its swirl is that of these rotations.
-      const bool slow = cars.swirl[k] < limit && cars.velocity(k).norm() + cars.swirl[k] < limit;
-      if (cars.rest.note(k, slow && cars.of_car(cars.force.data(), k).norm() < Rest::kPull * b.weight, h))
-        still.push_back(k);
+      if (cars.rest.lies(k)) continue;
+      const bool carried = trucks.grounded(k) || stands(k);
+      if (cars.rest.note(k, carried && keeps_still(k, limit), h)) still.push_back(k);
     }
   }
   /// Friction takes what motion those that lie down have left.
   void lay_still(double* y) {
     if (still.empty()) return;
     for (const std::size_t k : still) {
-      record.spent.work_off_track += cars.bodies[k].kinetic(cars.at(k));
+      double EnergyLedger::*spent = trucks.off(k) ? &EnergyLedger::work_off_track : &EnergyLedger::work_on_track;
+      record.spent.*spent += cars.bodies[k].kinetic(cars.at(k));
       for (const std::size_t column : {SVX, SVY, SVZ, ROLL_RATE, PITCH_RATE, YAW_RATE}) y[column * cars.n + k] = 0.0;
       trucks.hold(k);
       contacts.hold(k);
@@ -267,6 +288,10 @@ void SpatialModel::start(const double* y) {
 void SpatialModel::accelerations(double t, double h, const double* y, double* result) {
   Parts& p = *parts_;
   p.cars.state = y;
+  if (p.cars.rest.all()) {
+    std::fill_n(result, position_count(), 0.0);
+    return;
+  }
   if (!p.forces_found) p.find_forces(t);
   p.forces_found = false;
   p.contacts.press_all(t, h);
@@ -277,6 +302,11 @@ void SpatialModel::accelerations(double t, double h, const double* y, double* re
 
 void SpatialModel::settle(double t, double h, const double* before, double* y) {
   Parts& p = *parts_;
+  if (p.cars.rest.all()) {
+    // Nothing moves any more, and no force changes.
+    p.note_blockage(h);
+    return;
+  }
   p.cars.swap_axes();
   p.cars.wide.turn(p.cars.arrays, y);
   p.cars.look(y);
@@ -410,6 +440,8 @@ Eigen::Vector4d SpatialModel::wheel_loads(Eigen::Index car) const {
                                t.load(rear) - t.leaning(rear), t.load(rear) + t.leaning(rear));
 }
 
+std::int64_t SpatialModel::force_rounds() const { return parts_->cars.round; }
+
 bool SpatialModel::truck_lost(Eigen::Index car, bool front) const {
   return parts_->trucks.lost(parts_->cars.truck_of(static_cast<std::size_t>(car), front));
 }
@@ -451,7 +483,10 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
   archive.group("record", [&] { p.record.walk(archive); });
   archive.group("brakes", [&] { p.brakes.walk(archive); });
   archive.group("track", [&] { p.bed.track.walk(archive); });
-  archive.group("rest", [&] { p.cars.rest.walk(archive); });
+  archive.group("rest", [&] {
+    p.cars.rest.walk(archive);
+    p.seen.walk(archive);
+  });
   archive.group("ground", [&] { p.ground.walk(archive); });
   archive.group("trucks", [&] { p.trucks.walk(archive); });
   archive.group("couplers", [&] { p.couplers.walk(archive); });

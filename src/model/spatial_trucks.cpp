@@ -16,6 +16,12 @@ namespace train_derail::model {
 
 using Eigen::Vector3d;
 
+namespace {
+
+constexpr double kHeld = 0.99;  // of the force at which brakes slide: below that they hold
+
+}  // namespace
+
 SpatialTrucks::SpatialTrucks(SpatialCars& cars, const std::vector<Car>& train, SpatialBed& bed, AirBrakes& brakes,
                              const ExtendedKernels& loops, Record& record)
     : cars_(cars),
@@ -149,6 +155,15 @@ void SpatialTrucks::find_grounded(std::size_t car) {
 /// Loops that skip a car leave what they have found of it.
 void SpatialTrucks::forget_taken(std::size_t car) {
   for (std::size_t c = 0; c < 6; ++c) pushed_damped_[c * cars_.n + car] = rubbed_[c * cars_.n + car] = 0.0;
+}
+
+bool SpatialTrucks::held_by_brakes(std::size_t car) const {
+  const double share = brakes_.share()[static_cast<Eigen::Index>(car)];
+  const auto held = [&](std::size_t truck) {
+    const double drag = derailed(truck) ? ties_.law().drag : share;
+    return !on_ground(truck) && std::abs(brake_[truck]) < kHeld * drag * load_[truck];
+  };
+  return held(car) && held(cars_.n + car);
 }
 
 void SpatialTrucks::hold(std::size_t car) {

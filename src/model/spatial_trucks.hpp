@@ -45,6 +45,8 @@ class SpatialTrucks {
   bool off(std::size_t car) const { return derailed(car) || derailed(cars_.n + car); }
   /// The ground carries a truck of the car, or would.
   bool grounded(std::size_t car) const { return on_ground(car) || on_ground(cars_.n + car); }
+  /// Its trucks are on the rails or on the ties, and brakes, rolling resistance or the drag of the ties hold them.
+  bool held_by_brakes(std::size_t car) const;
   bool lost(std::size_t truck) const { return lost_[truck]; }
   bool past(std::size_t car) const { return past_[car]; }
   Cause cause(std::size_t car) const { return first_cause_[car]; }

@@ -42,6 +42,17 @@ TEST(ContactLaw, YieldsAtTheCrushForce) {
   EXPECT_NEAR(crushed, 0.125, 1e-12);
 }
 
+TEST(ContactLaw, QuietDampingIsItsChangeWithTheRate) {
+  inputs::Contact c;
+  c.stiffness = 4e7;
+  c.restitution = 0.3;
+  const double depth = 0.03, quiet = 0.2, rate = 1e-6;
+  double crushed = 0.0;
+  const double change = model::quiet_contact_force(c, depth, rate, quiet, crushed) -
+                        model::quiet_contact_force(c, depth, -rate, quiet, crushed);
+  EXPECT_NEAR(model::quiet_damping(c, depth, quiet) / (change / (2.0 * rate)), 1.0, 1e-6);
+}
+
 /// Two free cars with nothing but contact.
 inputs::Scenario bodies(double step, int cars = 2) {
   inputs::Scenario s = test::bare(cars, step);

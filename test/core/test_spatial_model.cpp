@@ -12,6 +12,7 @@
 #include "model/rotation.hpp"
 #include "spatial_fixtures.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
 #include "train_derail/model/step_limit.hpp"
 #include "train_derail/simulation/checkpoint.hpp"
 
@@ -164,6 +165,96 @@ TEST(SpatialRun, APileComesToRest) {
   for (Eigen::Index k = 0; k < 60; ++k)
     EXPECT_LT((train.car(k).centre - places[static_cast<std::size_t>(k)]).norm(), 1e-4) << k;
   EXPECT_LT(train.energy().kinetic(), 1e-6);
+}
+
+/// Seventy cars and more in one jackknifed pile: each leans on up to six others with some hundred tons.
+inputs::Scenario dense_pile(int seed) {
+  inputs::Scenario s =
+      inputs::read_scenario_file(std::string(TRAIN_DERAIL_SOURCE_DIR) + "/config/accidents/lac_megantic_2013.yaml");
+  s.model = inputs::Model::spatial;
+  s.initial.perturbation.seed = seed;
+  return s;
+}
+
+TEST(SpatialRun, ADensePileComesToRestByItsForcesAlone) {
+  // With damping that steps cannot carry, cars would be thrown back and forth for ever: 50 to 900 J.
+  for (const int seed : {1, 2, 4}) {
+    inputs::Scenario s = dense_pile(seed);
+    s.terrain.rest_speed = 0.0;
+    Train train(s);
+    train.to(100.0);
+    EXPECT_LT(train.energy().kinetic(), 20.0) << seed;
+  }
+}
+
+TEST(SpatialRest, ADensePileIsHeldWholeAndThenCostsNothing) {
+  for (const int seed : {1, 2, 4}) {
+    Train train(dense_pile(seed));
+    train.to(100.0);
+    ASSERT_EQ(train.energy().kinetic(), 0.0) << seed;
+    const std::int64_t rounds = train.model().force_rounds();
+    const std::vector<double> places(train.data(), train.data() + 3 * train.model().car_count());
+    const double total = train.energy().total();
+    train.to(110.0);
+    EXPECT_EQ(train.model().force_rounds(), rounds) << "nothing is found again";
+    EXPECT_EQ(train.energy().kinetic(), 0.0) << seed;
+    EXPECT_TRUE(std::equal(places.begin(), places.end(), train.data())) << seed;
+    EXPECT_EQ(train.energy().total(), total);
+  }
+}
+
+TEST(SpatialRest, APileThatIsRestoredGoesOnAsItWouldHave) {
+  const inputs::Scenario s = dense_pile(4);
+  Train whole(s);
+  whole.to(45.0);  // some lie, some do not
+  ASSERT_GT(whole.energy().kinetic(), 0.0);
+  Train resumed(s, whole);
+  for (Train* train : {&whole, &resumed}) train->to(50.0);
+  const Eigen::Index n = whole.model().car_count();
+  int still = 0;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    EXPECT_EQ(whole.car(k).centre, resumed.car(k).centre) << k;
+    EXPECT_EQ(whole.car(k).axes, resumed.car(k).axes) << k;
+    still += whole.car(k).velocity.isZero(0.0) ? 1 : 0;
+  }
+  EXPECT_GT(still, 20);
+}
+
+TEST(SpatialRest, ACarThatStandsOnTheRailsIsHeldUntilItIsHit) {
+  inputs::Scenario s = spatial(2, 2e-3);
+  s.contact.law = inputs::ContactLaw::elastic;
+  s.coupler.break_draft = 1e-4;
+  s.brakes.rolling_resistance = 0.005;
+  const double length = model::expand(s.consist)[0].length;
+  const auto run = [&](double rest_speed) {
+    s.terrain.rest_speed = rest_speed;
+    const Vector3d first(-300.0, 0.0, height_of(s));
+    Train train(s, {at(first, Matrix3d::Identity(), {4e-3, 0.0, 0.0}),
+                    at(first - Vector3d(length + 4.0, 0.0, 0.0), Matrix3d::Identity(), {3.0, 0.0, 0.0})});
+    train.to(1.0);
+    EXPECT_EQ(train.car(0).velocity.isZero(0.0), rest_speed > 0.0);
+    train.to(10.0);
+    EXPECT_EQ(train.incidents().impacts.size(), 1U);
+    return std::array<Vector3d, 2>{train.car(0).centre, train.car(1).centre};
+  };
+  const auto held = run(0.01), free = run(0.0);
+  EXPECT_GT(held[0].x(), -295.0);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_LT((held[k] - free[k]).norm(), 0.02) << k;
+}
+
+TEST(SpatialRest, ACarOnTheRailsIsHeldOnAGradeOnlyIfItsResistanceHoldsIt) {
+  inputs::Scenario s = spatial(1, 2e-3);
+  s.brakes.rolling_resistance = 0.002;
+  const auto moved = [&s](double grade) {
+    s.track.grade = grade;
+    const Vector3d from(-500.0, 0.0, height_of(s));
+    Train train(s, {at(from)});
+    train.to(20.0);
+    EXPECT_EQ(train.energy().kinetic() == 0.0, -grade < s.brakes.rolling_resistance);
+    return train.car(0).centre.x() - from.x();
+  };
+  EXPECT_LT(moved(-0.0015), 1e-2);
+  EXPECT_NEAR(moved(-0.0025), 0.5 * 0.0005 * kGravity * 400.0, 0.02);
 }
 
 TEST(SpatialRest, APileIsHeldWithoutALossInTheLedger) {

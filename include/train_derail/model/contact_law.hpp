@@ -29,6 +29,11 @@ inline double quiet_contact_force(const inputs::Contact& c, double depth, double
   return c.stiffness * std::max(depth - crushed, 0.0) * 0.5 * ((1.0 + kept) + (1.0 - kept) * way);
 }
 
+/// Change of quiet_contact_force() with the rate where this is 0, at a depth that has not yielded of `depth` [N s/m].
+inline double quiet_damping(const inputs::Contact& c, double depth, double quiet) {
+  return c.stiffness * depth * 0.5 * (1.0 - c.restitution * c.restitution) / quiet;
+}
+
 /// Damping of friction that has not begun to slide [N s/m], of two bodies with that reduced mass [kg] on Contact's
 /// stiffness: three tenths of what is critical.
 inline double friction_damping(const inputs::Contact& c, double reduced_mass) {

@@ -4,6 +4,7 @@
 /// touch the ground and each other (docs/spatial_model.md). Made for steps of fixed length, as the extended model.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -81,6 +82,8 @@ class SpatialModel final : public TrainModel {
   SpatialMomentum momentum(const double* y) const;
   /// Vertical force on each side of a truck as found last: front right, front left, rear right, rear left [N].
   Eigen::Vector4d wheel_loads(Eigen::Index car) const;
+  /// How often forces have been found so far: in a step in which all cars are held, not at all.
+  std::int64_t force_rounds() const;
   /// The truck has parted from the body.
   bool truck_lost(Eigen::Index car, bool front) const;
 
