@@ -398,7 +398,8 @@ void describe_terrain(V& v, T& t) {
   v.number("rolling_resistance", t.rolling_resistance, {"1", "", between(0, 10), between(0, 0.5)},
            {"Of a body of shape cylinder that rolls on the ground: force over load, at its radius.", &kSpatial});
   v.number("rest_speed", t.rest_speed, {"m/s", "ft/s", between(0, 1), between(0, 0.05)},
-           {"A car off the rails that stays slower for half a second is held still until it is pushed; 0: never.",
+           {"A car that stays within a quarter of the way of this speed for half a second is held until it is pushed; "
+            "0: never.",
             &kSpatial});
 }
 

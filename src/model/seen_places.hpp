@@ -26,8 +26,8 @@ class SeenPlaces {
   /// No point within `radius` of the centre has come farther than that since then [m].
   double way(std::size_t car, const SpatialMotion& now, double radius) const {
     // By a small angle about any axis the two turn at least as far as a third one would.
-    const double turned = std::sqrt((now.axes.col(0) - forward_[car]).squaredNorm() +
-                                    (now.axes.col(1) - left_[car]).squaredNorm());
+    const double turned =
+        std::sqrt((now.axes.col(0) - forward_[car]).squaredNorm() + (now.axes.col(1) - left_[car]).squaredNorm());
     return (now.centre - centre_[car]).norm() + radius * turned;
   }
   void walk(files::Archive& archive) {

@@ -149,7 +149,7 @@ struct Terrain {
   double transition = 100.0 * kFoot;                    ///< over which one cross-section changes into the next [m]
   std::vector<TerrainSection> sections;                 ///< in the order of their start, without overlap
   TerrainGrid grid;                                     ///< instead of banks and sections
-  double rest_speed = 0.01;  ///< cars off the rails that stay slower come to rest; 0: never [m/s]
+  double rest_speed = 0.01;  ///< cars that hardly move come to rest, spatial model; 0: never [m/s]
 };
 
 /// Lateral force on a car that is on the track. The paper does not say what it is (docs/model.md, section 2).
