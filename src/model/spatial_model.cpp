@@ -27,8 +27,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTremor = 30.0;  // speed at which bodies that keep still may tremble, over terrain.rest_speed
-constexpr double kStray = 0.25;   // how far they may come meanwhile, over that speed times Rest::kTime
+constexpr double kTremor = 30.0;    // speed at which bodies that keep still may tremble, over terrain.rest_speed
+constexpr double kBalanced = 1e-4;  // sum of forces on a car that nothing sets in motion, over its weight
+constexpr double kStray = 0.25;     // how far they may come meanwhile, over that speed times Rest::kTime
 
 constexpr Versions<ExtendedKernels> kVersions TRAIN_DERAIL_VERSIONS(kExtended);
 constexpr Versions<SpatialKernels> kSpatialVersions TRAIN_DERAIL_VERSIONS(kSpatial);
@@ -119,7 +120,10 @@ struct SpatialModel::Parts final : Waker {
   /// Nothing pulls at it or lets go of it later.
   bool stands(std::size_t car) const {
     const auto pulls = [car](const Locomotive& l) { return static_cast<std::size_t>(l.car) == car && l.pull != 0.0; };
-    return trucks.held_by_brakes(car) && std::none_of(locomotives.begin(), locomotives.end(), pulls);
+    // One that has slid until it stood is still at the limit of its brakes.
+    const bool balanced = cars.of_car(cars.force.data(), car).norm() < kBalanced * cars.bodies[car].weight;
+    return (trucks.held_by_brakes(car) || (balanced && !trucks.grounded(car))) &&
+           std::none_of(locomotives.begin(), locomotives.end(), pulls);
   }
 
   /// No point of it has come far since it was seen first. It may tremble: bodies that are pressed together do, and
