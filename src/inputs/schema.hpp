@@ -92,6 +92,11 @@ void describe_coupler(V& v, C& c) {
           "slip_height, vertical_hold and roll_limit follows from it.",
           &kSpatial});
   v.number("height", c.height, {"m", "in", between(0.1, 3), between(0.6, 1.2)}, {"Pins above the rail.", &kSpatial});
+  v.number(
+      "butt_height", c.butt_height, {"m", "in", between(0, 1), between(0, 0.3)},
+      {"Height of the faces on which couplers and cars press in buff: half of it is the lever that keeps cars level; "
+       "within the slack.",
+       &kSpatial});
   v.number("pitch_limit", c.pitch_limit, {"rad", "deg", between(0, 1.5), between(0.02, 0.6)},
            {"Swing up and down at which the vertical stop begins: type E with shelves and F 6-7 deg.", &kSpatial});
   v.number("pitch_stiffness", c.pitch_stiffness, {"N m/rad", "lbf ft/rad", between(0, 1e12), between(0, 1e9)},
@@ -160,6 +165,10 @@ void describe_rails(V& v, R& r) {
            "L/V: lateral force over load of a truck beyond which it leaves the rails.");
   v.number("derail_time", r.derail_time, {"s", "", between(0, 1), between(0, 0.3)},
            {"Time for which derail_ratio must be exceeded before the truck leaves the rails.", &kYieldingRails});
+  v.number("flange_height", r.flange_height, {"m", "in", between_or_infinite(0, 1), between_or_infinite(0.02, 0.04)},
+           {"Lift of the wheels of one side above the rail beyond which nothing guides a truck: after derail_time it "
+            "leaves the rails.",
+            &kSpatial});
   v.number("torn_length", r.torn_length, {"m", "ft", between(0, 100), between(0, 30)},
            {"Length of track that a truck tears up where it leaves the rails; 0: none.", &kYieldingRails});
   v.number("rolling_share", r.rolling_share, {"1", "", between(0, 1), between(0, 0.5)},
@@ -321,6 +330,11 @@ void describe_suspension(V& v, S& s) {
            {"Vertical, of one side of a truck.", &kSpatial});
   v.number("damping_ratio", s.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
            {"Damping ratio of a quarter of the car on one side.", &kSpatial});
+  v.number("travel", s.travel, {"m", "in", between_or_infinite(1e-3, 10), between(0.05, 0.2)},
+           {"Deflection of springs from free to solid; of cars so heavy that 1.5 times that at rest is more: that.",
+            &kSpatial});
+  v.number("solid_stiffness", s.solid_stiffness, {"N/m", "kip/in", between(1e3, 1e12), between(1e7, 5e8)},
+           {"Vertical, of one side of a truck whose springs are solid: the track under two wheels.", &kSpatial});
   v.number("half_base", s.half_base, {"m", "in", between(0.1, 3), between(0.5, 1)},
            {"Support of a side from the middle of the track.", &kSpatial});
   v.number("part_angle", s.part_angle, {"rad", "deg", between(0.01, 4), between(0.3, 2)},

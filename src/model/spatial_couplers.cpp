@@ -86,6 +86,7 @@ Bar SpatialCouplers::bar(const SpatialMotion& lead, const SpatialMotion& trail, 
   b.u = d / b.gap;
   b.own[0] = lead.axes.transpose() * b.u;
   b.own[1] = trail.axes.transpose() * b.u;
+  b.butts = press_butts<double>(cars_.scenario.coupler, b.gap, b.own[0].z(), b.own[1].z());
   return b;
 }
 
@@ -123,8 +124,8 @@ double SpatialCouplers::stop_energy_of(const SpatialMotion& lead, const SpatialM
 
 double SpatialCouplers::axial_energy_of(const Bar& b) const {
   const inputs::Coupler& law = cars_.scenario.coupler;
-  if (law.draft_gear_travel == 0.0) return axial_energy(law, b.gap);
-  return draft_gear_energy(law, std::max(std::abs(b.gap - law.length) - 0.5 * law.slack, 0.0));
+  if (law.draft_gear_travel == 0.0) return axial_energy(law, b.butts.gap);
+  return draft_gear_energy(law, std::max(std::abs(b.butts.gap - law.length) - 0.5 * law.slack, 0.0));
 }
 
 void SpatialCouplers::couple_all() {
@@ -254,7 +255,7 @@ CouplerObservation SpatialCouplers::observe(const SpatialMotion& lead, const Spa
   o.broken = broken(i);
   if (o.broken) return o;
   const inputs::Coupler& law = cars_.scenario.coupler;
-  const double spring = coupler_spring_force<double>(law, b.gap);
+  const double spring = coupler_spring_force<double>(law, b.butts.gap);
   o.axial_force = spring + coupler_damper_force<double>(damping_[i], spring, b.rate(lead, trail));
   const auto moment = [&](int end) {
     return stop_moment(b.yaw(end), law.swing_limit, law.swing_stiffness, law.swing_moment_max);
@@ -262,7 +263,8 @@ CouplerObservation SpatialCouplers::observe(const SpatialMotion& lead, const Spa
   o.moment_lead = moment(0);
   o.moment_trail = moment(1);
   o.lateral_force = (o.moment_lead + o.moment_trail) / b.gap;
-  const double up = stop_moment(b.pitch(0), holds_[i].pitch_limit, law.pitch_stiffness, inputs::kInfinity) +
+  const double up = o.axial_force * (b.butts.lead + b.butts.trail) +
+                    stop_moment(b.pitch(0), holds_[i].pitch_limit, law.pitch_stiffness, inputs::kInfinity) +
                     stop_moment(b.pitch(1), holds_[i].pitch_limit, law.pitch_stiffness, inputs::kInfinity);
   o.vertical_force = -up / b.gap;
   return o;

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "model/air_brakes.hpp"
+#include "model/coupler_butts.hpp"
 #include "model/part.hpp"
 #include "model/rest.hpp"
 #include "model/spatial_cars.hpp"
@@ -25,12 +26,18 @@ struct Bar {
   Eigen::Vector3d arm_lead, arm_trail, u;  // from the centres to the pins; from the trail car's pin to the lead car's
   Eigen::Vector3d own[2];                  // u along the axes of the lead and the trail car
   double gap;
+  Butts<double> butts;
 
   double yaw(int end) const { return std::atan2(own[end].y(), own[end].x()); }
   double pitch(int end) const { return std::asin(std::clamp(own[end].z(), -1.0, 1.0)); }
-  /// Change of the gap [m/s].
+  /// Change of the length that acts [m/s].
   double rate(const SpatialMotion& lead, const SpatialMotion& trail) const {
-    return (lead.velocity + lead.rotation.cross(arm_lead) - trail.velocity - trail.rotation.cross(arm_trail)).dot(u);
+    const Eigen::Vector3d tilts = butts.lead * lead.axes.col(2) + butts.trail * trail.axes.col(2);
+    const Eigen::Vector3d parting =
+        lead.velocity + lead.rotation.cross(arm_lead) - trail.velocity - trail.rotation.cross(arm_trail);
+    return parting.dot(u - (tilts - tilts.dot(u) * u) / gap) -
+           butts.lead * lead.rotation.dot(lead.axes.col(2).cross(u)) -
+           butts.trail * trail.rotation.dot(trail.axes.col(2).cross(u));
   }
 };
 

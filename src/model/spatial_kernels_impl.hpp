@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "model/coupler_butts.hpp"
 #include "model/ground_point.hpp"
 #include "model/rail_frame.hpp"
 #include "model/rotation.hpp"
@@ -95,14 +96,19 @@ template <class B>
     const Three<B> arm_trail =
         trail.up * B(law.height - L::load(a.centre_height + j)) + trail.forward * L::load(a.half_length + j);
     const Three<B> d = (Three<B>::load(y + SX * n + i, n) - Three<B>::load(y + SX * n + j, n)) + (arm_lead - arm_trail);
-    const B square = d.dot(d), inverse = Roots<B>::inverse(square), gap = square * inverse;
-    const Three<B> u = d * inverse;
-    const Three<B> about_lead = arm_lead.cross(u), about_trail = arm_trail.cross(u);
+    const B square = d.dot(d), inverse = Roots<B>::inverse(square), pins = square * inverse;
+    const Three<B> along = d * inverse, in_lead = lead.own(along), in_trail = trail.own(along);
+    // Whose length acts, changes with the places of the pins by u, and as the cars turn by the vectors about them.
+    const Butts<B> butts = press_butts<B>(law, pins, in_lead.z, in_trail.z);
+    const Three<B> tilts = lead.up * butts.lead + trail.up * butts.trail;
+    const Three<B> u = along - (tilts - along * tilts.dot(along)) * inverse;
+    const Three<B> about_lead = arm_lead.cross(u) - lead.up.cross(along) * butts.lead;
+    const Three<B> about_trail = arm_trail.cross(u) + trail.up.cross(along) * butts.trail;
     const B rate = u.dot(Three<B>::load(y + SVX * n + i, n) - Three<B>::load(y + SVX * n + j, n)) +
                    about_lead.dot(Three<B>::load(a.rotation + i, n)) -
                    about_trail.dot(Three<B>::load(a.rotation + j, n));
     const B alive = L::load(a.alive + i);
-    const B spring = coupler_spring_force<B>(law, gap);
+    const B spring = coupler_spring_force<B>(law, butts.gap);
     const B damper = alive * coupler_damper_force<B>(L::load(a.damping + i), spring, rate);
     const B axial = alive * spring + damper;
     L::store(axial, a.axial + i);
@@ -112,7 +118,6 @@ template <class B>
     about_lead.store(a.about_lead + j, m);
     about_trail.store(a.about_trail + j, m);
     // Stops, looked for without an arc tangent.
-    const Three<B> in_lead = lead.own(u), in_trail = trail.own(u);
     const auto near = [&](const Three<B>& own) {
       return select(own.x > B(0.0), B(1.0), B(0.0)) * select(size(own.y) <= a.tan_swing * own.x, B(1.0), B(0.0)) *
              select(size(own.z) <= B(a.sin_pitch), B(1.0), B(0.0));
@@ -126,7 +131,7 @@ template <class B>
       close = B(0.0);
     }
     L::store(alive * (1.0 - close), a.far + i);
-    L::store(0.5 * gap * (in_lead.z + in_trail.z), a.rise + i);
+    L::store(0.5 * pins * (in_lead.z + in_trail.z), a.rise + i);
   });
 }
 
@@ -250,6 +255,13 @@ B truck_friction(const SpatialArrays& a, std::ptrdiff_t truck, const Three<B>& r
   return grip * slip_friction<B>(*a.ground, rub.dot(rub), rub.dot(left), Lanes<B>::load(a.offset + truck));
 }
 
+/// Springs of one side of trucks of cars from k on, pressed by `depth`; solid beyond their travel.
+template <class B>
+B side_spring(const SpatialArrays& a, std::ptrdiff_t k, const B& depth) {
+  const B zero(0.0), beyond = depth - Lanes<B>::load(a.travel + k);
+  return a.spring * select(depth > zero, depth, zero) + a.stiffening * select(beyond > zero, beyond, zero);
+}
+
 /// Wheels of one side of trucks, `arm` from the centres of their cars.
 template <class B>
 void press_wheels(const SpatialArrays& a, const double* y, std::ptrdiff_t k, std::ptrdiff_t truck, bool left,
@@ -274,7 +286,7 @@ void press_wheels(const SpatialArrays& a, const double* y, std::ptrdiff_t k, std
                              ground.per_length,
                              cars.velocity + cars.rotation.cross(arm),
                              strain,
-                             select(pressed, B(a.spring * depth), zero),
+                             select(pressed, side_spring<B>(a, k, depth), zero),
                              select(pressed, L::load(a.spring_damping + k), zero),
                              L::load(a.brake_damping + k)};
   const GroundPush<B> found = push_of_ground(point, a.brake_stiffness, a.step, [&](const Three<B>& rub) {
@@ -336,7 +348,7 @@ void guide_trucks(const SpatialArrays& a, const inputs::Rails& rails, const doub
   const auto on = L::load(a.on_rails + truck) > B(0.5);
   B press = L::load(a.sag + k) - (L::load(y + SZ * a.cars + k) + arm.z);
   if constexpr (!flat) press = press + plane.height;
-  const B right = positive(a.spring * (press + lean)), left = positive(a.spring * (press - lean));
+  const B right = side_spring<B>(a, k, press + lean), left = side_spring<B>(a, k, press - lean);
   const B c = L::load(a.spring_damping + k);
   const auto damped = [&](const B& spring, const B& rate) {
     return select(spring > zero, positive(spring - c * rate), zero);

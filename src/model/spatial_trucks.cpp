@@ -44,8 +44,8 @@ SpatialTrucks::SpatialTrucks(SpatialCars& cars, const std::vector<Car>& train, S
   first_cause_.assign(n, Cause::none);
   cause_.assign(trucks, Cause::none);
   for (auto* a :
-       {&arc_, &offset_, &overloaded_, &lateral_, &lateral_before_, &kick_, &braked_, &braked_next_, &load_, &leaning_,
-        &brake_, &damper_, &rocker_, &place_x_, &place_y_, &load_held_, &leaning_held_, &grounded_})
+       {&arc_, &offset_, &overloaded_, &lifted_, &lateral_, &lateral_before_, &kick_, &braked_, &braked_next_, &load_,
+        &leaning_, &brake_, &damper_, &rocker_, &place_x_, &place_y_, &load_held_, &leaning_held_, &grounded_})
     a->assign(trucks, 0.0);
   for (auto* a : {&sheared_, &sheared_next_, &under_}) a->assign(6 * trucks, 0.0);
   for (auto* a : {&pushed_damped_, &rubbed_}) a->assign(6 * n, 0.0);
@@ -208,7 +208,8 @@ double SpatialTrucks::energy(std::size_t truck, const SpatialMotion& q) const {
     const Vector3d place = wheel(q, truck, left);
     const double ground = !on_ground(truck) ? bed_.rails(place, arc_[truck]) : bed_.ground(place, arc_[truck]).z;
     const double depth = std::max(b.sag - (place.z() - ground), 0.0);
-    e += 0.5 * b.spring * depth * depth;
+    const double beyond = std::max(depth - b.travel, 0.0);
+    e += 0.5 * (b.spring * depth * depth + b.stiffening * beyond * beyond);
   }
   return e;
 }
@@ -358,6 +359,7 @@ bool SpatialTrucks::give_way(double t, double h) {
     leave(t, truck, Cause::lateral, nullptr);
     offset_[truck] += bed_.track.alignment(arc_[truck]);
   }
+  any |= lift(t, h);
   for (const std::size_t truck : loose_) {
     const std::size_t car = cars_.car_of(truck);
     if (load_[truck] > 0.0 || lost_[truck] || cars_.rest.lies(car)) continue;
@@ -369,6 +371,37 @@ bool SpatialTrucks::give_way(double t, double h) {
     any = true;
   }
   return any;
+}
+
+bool SpatialTrucks::lift(double t, double h) {
+  const inputs::Rails& rails = cars_.scenario.rails;
+  if (rails.flange_height == inputs::kInfinity || rails.derail_ratio == inputs::kInfinity) return false;
+  bool any = false;
+  for (std::size_t truck = 0; truck < 2 * cars_.n; ++truck) {
+    const bool both_press = load_[truck] > std::abs(leaning_[truck]);
+    if (both_press || derailed(truck) || height_of_wheels(truck) <= rails.flange_height) {
+      lifted_[truck] = 0.0;
+      continue;
+    }
+    lifted_[truck] += h;
+    if (lifted_[truck] <= rails.derail_time) continue;
+    leave(t, truck, Cause::lateral, nullptr);
+    offset_[truck] += bed_.track.alignment(arc_[truck]);
+    any = true;
+  }
+  return any;
+}
+
+/// Of the side that is higher, above the rail [m].
+double SpatialTrucks::height_of_wheels(std::size_t truck) const {
+  const SpatialMotion& q = cars_.at(cars_.car_of(truck));
+  const double sag = cars_.bodies[cars_.car_of(truck)].sag;
+  double most = -inputs::kInfinity;
+  for (const bool left : {false, true}) {
+    const Vector3d place = wheel(q, truck, left);
+    most = std::max(most, place.z() - bed_.rails(place, arc_[truck]) - sag);
+  }
+  return most;
 }
 
 void SpatialTrucks::order_derailments() {
@@ -395,6 +428,7 @@ void SpatialTrucks::walk(files::Archive& archive) {
   archive.column("load_held", load_held_);
   archive.column("leaning_held", leaning_held_);
   archive.column("overloaded", overloaded_);
+  archive.column("lifted", lifted_);
   archive.column("braked", braked_);
   archive.column("feet", feet_);
   archive.column("sheared", sheared_);

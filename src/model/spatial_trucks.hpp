@@ -83,6 +83,9 @@ class SpatialTrucks {
   void drift(double t);
   void run_on_ties(double t, double h, std::size_t truck, double* y);
   void push_sideways(std::size_t truck, double speed, double* y);
+  /// Trucks with wheels above the flange for too long leave the rails in the step of length h from t on; true if any.
+  bool lift(double t, double h);
+  double height_of_wheels(std::size_t truck) const;
   void find_offsets();
   void find_standing();
 
@@ -98,7 +101,7 @@ class SpatialTrucks {
   std::vector<std::size_t> loose_;  // trucks that are neither on the rails nor on the ties, in order
   std::vector<Cause> first_cause_, cause_;
   std::vector<double> rail_dampings_, on_rails_, arc_, arc_before_, offset_, tangent_x_, tangent_y_, place_x_, place_y_,
-      overloaded_, lateral_, lateral_before_, kick_;
+      overloaded_, lifted_, lateral_, lateral_before_, kick_;              // lifted: how long so far, s
   std::vector<double> rail_height_, rail_slope_, rail_tilt_, rail_twist_;  // empty where all rails are flat
   std::vector<double> load_held_, leaning_held_;  // of trucks off the rails, of cars that lie; else 0
   std::vector<double> grounded_, grip_, under_, feet_, sheared_, sheared_next_, pushed_damped_, rubbed_;

@@ -77,14 +77,16 @@ class Support final : public SimTK::Force::Custom::Implementation {
       for (const double side : {1.0, -1.0}) {
         points_.push_back({truck, middle + Vec3(0.0, side * spring.half_base, 0.0), spring.stiffness,
                            spring.damping_ratio * critical_damping(spring.stiffness, 0.25 * car.mass),
-                           0.25 * car.mass * inputs::kStandardGravity / spring.stiffness});
+                           0.25 * car.mass * inputs::kStandardGravity / spring.stiffness,
+                           std::max(spring.travel, 1.5 * 0.25 * car.mass * inputs::kStandardGravity / spring.stiffness),
+                           std::max(spring.stiffness, spring.solid_stiffness)});
       }
     }
     for (const double x : {-0.5, 0.0, 0.5}) {
       for (const double y : {-0.5, 0.5}) {
         for (const double z : {car.floor_height, car.roof_height}) {
           const Vec3 corner(x * car.length, y * car.width, z - car.centre_height);
-          points_.push_back({kBody, corner, s.terrain.body_stiffness, ground_damping_, 0.0});
+          points_.push_back({kBody, corner, s.terrain.body_stiffness, ground_damping_, 0.0, inputs::kInfinity, 0.0});
         }
       }
     }
@@ -150,7 +152,8 @@ class Support final : public SimTK::Force::Custom::Implementation {
     int truck;  // or kBody
     Vec3 station;
     double stiffness, damping;
-    double reach;  // how far below the station it is without load [m]
+    double reach;          // how far below the station it is without load [m]
+    double travel, solid;  // how far it is pressed until it is solid [m]; its stiffness then
   };
   struct Stands {
     std::array<Stand, 2> of{Stand::on_rails, Stand::on_rails};
@@ -184,7 +187,9 @@ class Support final : public SimTK::Force::Custom::Implementation {
   Pressing pressing(const Moving& car, const Point& p, bool on_rails) const {
     const Vec3 place = car.place(p.station), velocity = car.velocity(p.station);
     const GroundAt g = on_rails ? GroundAt{0.0, Vec3(0.0, 0.0, 1.0)} : ground_at(scenario_.terrain, place[1]);
-    const double spring = p.stiffness * (p.reach + g.height - place[2]);
+    const double depth = p.reach + g.height - place[2];
+    const double spring =
+        depth > p.travel ? p.stiffness * p.travel + p.solid * (depth - p.travel) : p.stiffness * depth;
     // A wheel that has left the ground is not held back by its damper.
     return {spring > 0.0 ? spring - p.damping * SimTK::dot(velocity, g.up) : spring, g.up, velocity};
   }
@@ -274,14 +279,14 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
 
   void calcForce(const State& state, BodyForces& forces, SimTK::Vector_<Vec3>&, SimTK::Vector&) const override {
     if (broken(state)) return;
-    const Vec3 push = axial(state);
-    ahead_.applyForceToBodyPoint(state, rear_pin_, push, forces);
-    behind_.applyForceToBodyPoint(state, front_pin_, -push, forces);
-    const Stops s = stops(ahead_.getBodyTransform(state), behind_.getBodyTransform(state));
-    ahead_.applyForceToBodyPoint(state, Vec3(0.0), s.force, forces);
-    ahead_.applyBodyTorque(state, s.on_ahead, forces);
-    behind_.applyForceToBodyPoint(state, Vec3(0.0), -s.force, forces);
-    behind_.applyBodyTorque(state, s.on_behind, forces);
+    const auto apply = [&](const Downhill& s, double factor) {
+      ahead_.applyForceToBodyPoint(state, Vec3(0.0), factor * s.force, forces);
+      ahead_.applyBodyTorque(state, factor * s.on_ahead, forces);
+      behind_.applyForceToBodyPoint(state, Vec3(0.0), -factor * s.force, forces);
+      behind_.applyBodyTorque(state, factor * s.on_behind, forces);
+    };
+    apply(shortening(state), -buff(state));
+    apply(stops(ahead_.getBodyTransform(state), behind_.getBodyTransform(state)), 1.0);
   }
 
   /// Positive while nothing breaks the coupler: how far it is from its nearest limit, as a share of the limit.
@@ -298,7 +303,7 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
       rise += 0.5 * seen[2];
     }
     const double twist = law_.roll_stiffness * std::max(roll(ahead, behind) - hold_.roll_limit, 0.0);
-    const double pulled = -SimTK::dot(axial(state), between) / between.norm();
+    const double pulled = -buff(state);
     const double shares[] = {pulled / law_.break_draft,
                              swing / law_.break_swing,
                              std::abs(moments) / law_.break_moment,
@@ -310,14 +315,33 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
   Real calcPotentialEnergy(const State&) const override { return 0.0; }
 
  private:
-  /// Force on the car ahead.
-  Vec3 axial(const State& state) const {
-    const Vec3 between =
-        ahead_.findStationLocationInGround(state, rear_pin_) - behind_.findStationLocationInGround(state, front_pin_);
-    const Vec3 parting =
-        ahead_.findStationVelocityInGround(state, rear_pin_) - behind_.findStationVelocityInGround(state, front_pin_);
-    const double length = between.norm();
-    return buff(length, SimTK::dot(parting, between) / length) / length * between;
+  /// Length of the bar. One that is tilted stands on edges of its ends, as long as slack makes room for that.
+  double length(const Transform& ahead, const Transform& behind) const {
+    const Vec3 between = ahead * rear_pin_ - behind * front_pin_;
+    const double pins = between.norm();
+    double tilted = 0.0;
+    for (const Transform* body : {&ahead, &behind}) {
+      constexpr double kBears = 0.005;
+      const double tilt = SimTK::dot(body->R().z(), between) / pins;
+      tilted += std::hypot(tilt, kBears) - kBears;
+    }
+    const double shorter = pins - std::min(0.5 * law_.butt_height * tilted, law_.slack);
+    return shorter < law_.length - 0.5 * law_.slack ? shorter : pins;
+  }
+  struct Downhill {
+    Vec3 force{0.0}, on_ahead{0.0}, on_behind{0.0};  // force on the car ahead; moments
+  };
+  Downhill shortening(const State& state) const {
+    return slope(ahead_.getBodyTransform(state), behind_.getBodyTransform(state),
+                 [this](const Transform& a, const Transform& b) { return length(a, b); });
+  }
+  /// Buff positive.
+  double buff(const State& state) const {
+    const Downhill s = shortening(state);
+    const auto &ahead = ahead_.getBodyVelocity(state), &behind = behind_.getBodyVelocity(state);
+    const double rate = -SimTK::dot(s.force, ahead[1] - behind[1]) - SimTK::dot(s.on_ahead, ahead[0]) -
+                        SimTK::dot(s.on_behind, behind[0]);
+    return buff(length(ahead_.getBodyTransform(state), behind_.getBodyTransform(state)), rate);
   }
   /// Buff positive.
   double buff(double length, double rate) const {
@@ -359,27 +383,27 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
     return std::atan2(SimTK::cross(a, b).norm(), SimTK::dot(a, b));
   }
 
-  /// Forces are the slope of the energy downhill: central differences.
-  struct Stops {
-    Vec3 force{0.0}, on_ahead{0.0}, on_behind{0.0};  // force on the car ahead; moments
-  };
-  Stops stops(const Transform& ahead, const Transform& behind) const {
-    Stops s;
-    if (stop_energy(ahead, behind) == 0.0) return s;
+  /// Forces are the slope of the energy downhill.
+  Downhill stops(const Transform& ahead, const Transform& behind) const {
+    if (stop_energy(ahead, behind) == 0.0) return {};
+    return slope(ahead, behind, [this](const Transform& a, const Transform& b) { return stop_energy(a, b); });
+  }
+  /// By central differences.
+  template <class Function>
+  static Downhill slope(const Transform& ahead, const Transform& behind, const Function& of) {
+    Downhill s;
     constexpr double kShift = 1e-5;  // m, rad
     const auto turned = [](const Transform& body, int axis, double angle) {
       return Transform(Rotation(angle, SimTK::CoordinateAxis(axis)) * body.R(), body.p());
     };
     for (int c = 0; c < 3; ++c) {
-      const auto slope = [](double forth, double back) { return (back - forth) / (2.0 * kShift); };
+      const auto fall = [](double forth, double back) { return (back - forth) / (2.0 * kShift); };
       Vec3 shift(0.0);
       shift[c] = kShift;
-      s.force[c] = slope(stop_energy(Transform(ahead.R(), ahead.p() + shift), behind),
-                         stop_energy(Transform(ahead.R(), ahead.p() - shift), behind));
-      s.on_ahead[c] =
-          slope(stop_energy(turned(ahead, c, kShift), behind), stop_energy(turned(ahead, c, -kShift), behind));
-      s.on_behind[c] =
-          slope(stop_energy(ahead, turned(behind, c, kShift)), stop_energy(ahead, turned(behind, c, -kShift)));
+      s.force[c] = fall(of(Transform(ahead.R(), ahead.p() + shift), behind),
+                        of(Transform(ahead.R(), ahead.p() - shift), behind));
+      s.on_ahead[c] = fall(of(turned(ahead, c, kShift), behind), of(turned(ahead, c, -kShift), behind));
+      s.on_behind[c] = fall(of(ahead, turned(behind, c, kShift)), of(ahead, turned(behind, c, -kShift)));
     }
     return s;
   }

@@ -156,6 +156,61 @@ TEST(SpatialCoupler, KeepsTheEnergyOfItsStops) {
   EXPECT_NEAR(drift[0] / drift[1], 2.0, 0.7);
 }
 
+/// Two cars aloft that press on each other, level, the trail car that much higher.
+inputs::Scenario in_buff(double step) {
+  inputs::Scenario s = all_stops(step);
+  s.coupler.slack = 0.04;
+  s.coupler.damping_ratio = 0.0;
+  s.coupler.pitch_stiffness = s.coupler.roll_stiffness = s.coupler.swing_stiffness = 0.0;
+  return s;
+}
+std::vector<SpatialMotion> pressed(const inputs::Scenario& s, double rise, double squeeze) {
+  const double length = model::expand(s.consist)[0].length, bar = s.coupler.length - squeeze;
+  return {at(kAloft), at(kAloft + Vector3d(-length - std::sqrt(bar * bar - rise * rise), 0.0, rise))};
+}
+
+TEST(SpatialCoupler, InBuffCarsStayLevelUpToTheHeightOfTheirButts) {
+  const double h = 1e-6;
+  const auto lifts = [&](double rise, double squeeze) {  // the lower of the two, against its weight
+    const inputs::Scenario s = in_buff(h);
+    Train train(s, pressed(s, rise, squeeze));
+    const double force = train.model().observe(train.data()).couplers[0].vertical_force;
+    train.step();
+    const double up = train.car(0).velocity.z() / h + test::kGravity;
+    const double along = train.car(0).velocity.x() / h;
+    // What is told is what butts add across the bar; the rest is the bar's own direction.
+    const double bar = std::sqrt(std::pow(s.coupler.length - squeeze, 2) - rise * rise);
+    EXPECT_NEAR(up * train.model().cars()[0].mass / (force - rise / bar * along * train.model().cars()[0].mass), 1.0,
+                0.03);
+    return up;
+  };
+  EXPECT_GT(lifts(0.03, 0.08), 0.1);
+  double low = 0.01, high = 0.3;
+  for (int i = 0; i < 30; ++i) (lifts(0.5 * (low + high), 0.08) > 0.0 ? low : high) = 0.5 * (low + high);
+  EXPECT_NEAR(low / inputs::Coupler{}.butt_height, 1.0, 0.02);
+}
+
+TEST(SpatialCoupler, KeepsTheEnergyOfItsButts) {
+  double drift[2];
+  for (const int i : {0, 1}) {
+    const inputs::Scenario s = in_buff(i == 0 ? 2e-4 : 1e-4);
+    std::vector<SpatialMotion> cars = pressed(s, 0.05, 0.08);
+    cars[0].axes = turned(0.01, {0.3, 1.0, 0.2});
+    Train train(s, cars);
+    const model::EnergyLedger before = train.energy();
+    EXPECT_GT(before.coupler_axial, 1e4);
+    drift[i] = 0.0;
+    double turning = 0.0;
+    train.to(0.3, [&] {
+      drift[i] = std::max(drift[i], std::abs(train.energy().total() - before.total()) / before.coupler_axial);
+      turning = std::max(turning, train.car(0).body_rates.norm());
+    });
+    EXPECT_GT(turning, 0.01);
+  }
+  EXPECT_LT(drift[0], 2e-2);
+  EXPECT_NEAR(drift[0] / drift[1], 2.0, 0.7);
+}
+
 // Momentum: of two cars that act on each other, but for what weight gives.
 
 void expect_momentum_kept(Train& train) {

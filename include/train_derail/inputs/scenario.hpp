@@ -87,6 +87,7 @@ struct Coupler {
   // Model::spatial only.
   double height = 33.0 / 12.0 * kFoot;  ///< of the pins above the rail [m]
   std::string type = "E_shelf";  ///< of inputs/car_types.hpp; what is left out below follows from it (coupler_hold)
+  double butt_height = 5.0 / 12.0 * kFoot;               ///< of the faces that press in buff, against pitch [m]
   std::optional<double> pitch_limit;                     ///< swing up and down at which the vertical stop begins [rad]
   double pitch_stiffness = 3.6e6 * kPoundForce * kFoot;  ///< of that stop [N m/rad]
   std::optional<double> slip_height;                     ///< pins that far apart in height let go [m]
@@ -100,7 +101,10 @@ struct Coupler {
 struct Suspension {
   double stiffness = 24.0e3 * 12.0 * kPoundForce / kFoot;  ///< vertical, of one side of a truck [N/m]
   double damping_ratio = 0.2;                              ///< of a quarter of the car on one side [-]
-  double half_base = 29.75 / 12.0 * kFoot;                 ///< of a side's support from the middle of the track [m]
+  /// Deflection at which springs go solid [m]; no less than 1.5 times that at rest.
+  double travel = 3.6875 / 12.0 * kFoot;
+  double solid_stiffness = 400.0e3 * 12.0 * kPoundForce / kFoot;  ///< vertical, of a side beyond it [N/m]
+  double half_base = 29.75 / 12.0 * kFoot;  ///< of a side's support from the middle of the track [m]
   double part_angle = 45.0 * kDegree;  ///< roll of the body at which a truck that carries nothing parts from it [rad]
 };
 
@@ -193,8 +197,9 @@ struct Ground {
 struct Rails {
   double stiffness = 2.0e6 * kPoundForce / kFoot;  ///< k_r, lateral stiffness under one truck [N/m]
   double damping_ratio = 0.15;                     ///< damping ratio of half a car on k_r [-]
-  double derail_ratio = 0.9;         ///< L/V: lateral force over load beyond which a truck leaves the rails [-]
-  double derail_time = 0.02;         ///< time for which L/V must be exceeded without interruption [s]
+  double derail_ratio = 0.9;            ///< L/V: lateral force over load beyond which a truck leaves the rails [-]
+  double derail_time = 0.02;            ///< time for which L/V must be exceeded without interruption [s]
+  double flange_height = kFoot / 12.0;  ///< lift of the wheels of one side beyond which nothing guides a truck [m]
   double torn_length = 5.0 * kFoot;  ///< length of track that a truck tears up where it leaves the rails; 0: none [m]
   double rolling_share = 0.2;  ///< of derail_ratio, up to which cars only roll, extended model; 0: they never do [-]
   double load_exponent = 1.0;  ///< the limit of the lateral force grows with the weight to this power [-]
