@@ -330,11 +330,6 @@ void describe_suspension(V& v, S& s) {
            {"Vertical, of one side of a truck.", &kSpatial});
   v.number("damping_ratio", s.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
            {"Damping ratio of a quarter of the car on one side.", &kSpatial});
-  v.number("travel", s.travel, {"m", "in", between_or_infinite(1e-3, 10), between(0.05, 0.2)},
-           {"Deflection of springs from free to solid; of cars so heavy that 1.5 times that at rest is more: that.",
-            &kSpatial});
-  v.number("solid_stiffness", s.solid_stiffness, {"N/m", "kip/in", between(1e3, 1e12), between(1e7, 5e8)},
-           {"Vertical, of one side of a truck whose springs are solid: the track under two wheels.", &kSpatial});
   v.number("half_base", s.half_base, {"m", "in", between(0.1, 3), between(0.5, 1)},
            {"Support of a side from the middle of the track.", &kSpatial});
   v.number("part_angle", s.part_angle, {"rad", "deg", between(0.01, 4), between(0.3, 2)},

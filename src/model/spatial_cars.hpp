@@ -62,8 +62,6 @@ struct Body {
         spring(s.suspension.stiffness),
         spring_damping(side_damping(s.suspension, c.mass)),
         sag(0.25 * c.weight / spring),
-        travel(side_travel(s.suspension, c.weight)),
-        stiffening(side_stiffening(s.suspension)),
         ground_damping(model::ground_damping(s.terrain, c.mass)),
         cylinder(c.cylinder),
         shell_radius(box_half.minCoeff()),
@@ -75,7 +73,6 @@ struct Body {
   Eigen::Vector3d box_centre, box_half;  // of the body, from the centre of mass
   double centre_height;
   double spring, spring_damping, sag;  // of a side of a truck; how far it is pressed at rest
-  double travel, stiffening;           // how far until it is solid; how much stiffer it is then
   double ground_damping;
   bool cylinder;        // with domed heads the body is, instead of a box
   double shell_radius;  // of that cylinder
@@ -107,8 +104,8 @@ class SpatialCars {
     motions_.resize(n);
     seen_at_.assign(n, 0);
     for (const Body& b : bodies) {
-      const double values[] = {b.half_length, b.half_spacing, b.centre_height,  b.weight,         1.0 / b.mass,
-                               b.sag,         b.travel,       b.spring_damping, b.ground_damping, b.radius};
+      const double values[] = {b.half_length, b.half_spacing,   b.centre_height,  b.weight, 1.0 / b.mass,
+                               b.sag,         b.spring_damping, b.ground_damping, b.radius};
       for (std::size_t c = 0; c < constants_.size(); ++c) constants_[c].push_back(values[c]);
     }
     for (Eigen::Index c = 0; c < 3; ++c) {
@@ -220,8 +217,8 @@ class SpatialCars {
     SpatialArrays& a = arrays;
     a.cars = static_cast<std::ptrdiff_t>(n);
     a.step = step;
-    const double** columns[] = {&a.half_length, &a.half_spacing, &a.centre_height,  &a.weight,       &a.inverse_mass,
-                                &a.sag,         &a.travel,       &a.spring_damping, &a.brake_damping};
+    const double** columns[] = {&a.half_length,  &a.half_spacing, &a.centre_height,  &a.weight,
+                                &a.inverse_mass, &a.sag,          &a.spring_damping, &a.brake_damping};
     std::size_t next = 0;
     for (const double** column : columns) *column = constants_[next++].data();
     a.inertia = inertia_.data();
@@ -234,7 +231,7 @@ class SpatialCars {
     a.mean_rotation = mean_rotation.data();
   }
 
-  std::array<std::vector<double>, 10> constants_;  // of the bodies, by columns
+  std::array<std::vector<double>, 9> constants_;  // of the bodies, by columns
   std::vector<double> inertia_;
   mutable std::vector<SpatialMotion> motions_;
   mutable std::vector<std::int64_t> seen_at_;

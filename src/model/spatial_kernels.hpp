@@ -37,20 +37,18 @@ struct SpatialArrays {
   std::ptrdiff_t cars = 0;
   const inputs::Coupler* coupler = nullptr;
   const inputs::Rails* rails = nullptr;
-  const inputs::Ties* ties = nullptr;     ///< null: no truck runs on the ties
-  double spring = 0.0, stiffening = 0.0;  ///< of a side of a truck, and what it gains when it is solid [N/m]
-  double half_base = 0.0;                 ///< of that side, from the middle of the track [m]
-  double brake_stiffness = 0.0;           ///< of brakes that hold [N/m]
-  double step = 0.0;                      ///< s
-  double grade = 0.0;                     ///< sine of the slope
+  const inputs::Ties* ties = nullptr;    ///< null: no truck runs on the ties
+  double spring = 0.0, half_base = 0.0;  ///< of a side of a truck [N/m]; from the middle of the track [m]
+  double brake_stiffness = 0.0;          ///< of brakes that hold [N/m]
+  double step = 0.0;                     ///< s
+  double grade = 0.0;                    ///< sine of the slope
   bool straight = true;
   bool flat = true;                                         ///< all rails are level, at height 0
   double tan_swing = 0.0, sin_pitch = 0.0, cos_roll = 0.0;  ///< of angles below which no stop is engaged
   const double *half_length = nullptr, *half_spacing = nullptr, *centre_height = nullptr;  ///< m
   const double *weight = nullptr, *inverse_mass = nullptr;
   const double* inertia = nullptr;  ///< about roll, pitch and yaw axes
-  const double *sag = nullptr, *travel = nullptr, *spring_damping = nullptr, *rail_damping = nullptr,
-               *brake_damping = nullptr;
+  const double *sag = nullptr, *spring_damping = nullptr, *rail_damping = nullptr, *brake_damping = nullptr;
   const double* brake_share = nullptr;
 
   double *axes = nullptr, *axes_before = nullptr;  ///< forward, left, up: nine columns

@@ -255,13 +255,6 @@ B truck_friction(const SpatialArrays& a, std::ptrdiff_t truck, const Three<B>& r
   return grip * slip_friction<B>(*a.ground, rub.dot(rub), rub.dot(left), Lanes<B>::load(a.offset + truck));
 }
 
-/// Springs of one side of trucks of cars from k on, pressed by `depth`; solid beyond their travel.
-template <class B>
-B side_spring(const SpatialArrays& a, std::ptrdiff_t k, const B& depth) {
-  const B zero(0.0), beyond = depth - Lanes<B>::load(a.travel + k);
-  return a.spring * select(depth > zero, depth, zero) + a.stiffening * select(beyond > zero, beyond, zero);
-}
-
 /// Wheels of one side of trucks, `arm` from the centres of their cars.
 template <class B>
 void press_wheels(const SpatialArrays& a, const double* y, std::ptrdiff_t k, std::ptrdiff_t truck, bool left,
@@ -286,7 +279,7 @@ void press_wheels(const SpatialArrays& a, const double* y, std::ptrdiff_t k, std
                              ground.per_length,
                              cars.velocity + cars.rotation.cross(arm),
                              strain,
-                             select(pressed, side_spring<B>(a, k, depth), zero),
+                             select(pressed, B(a.spring * depth), zero),
                              select(pressed, L::load(a.spring_damping + k), zero),
                              L::load(a.brake_damping + k)};
   const GroundPush<B> found = push_of_ground(point, a.brake_stiffness, a.step, [&](const Three<B>& rub) {
@@ -348,7 +341,7 @@ void guide_trucks(const SpatialArrays& a, const inputs::Rails& rails, const doub
   const auto on = L::load(a.on_rails + truck) > B(0.5);
   B press = L::load(a.sag + k) - (L::load(y + SZ * a.cars + k) + arm.z);
   if constexpr (!flat) press = press + plane.height;
-  const B right = side_spring<B>(a, k, press + lean), left = side_spring<B>(a, k, press - lean);
+  const B right = positive(a.spring * (press + lean)), left = positive(a.spring * (press - lean));
   const B c = L::load(a.spring_damping + k);
   const auto damped = [&](const B& spring, const B& rate) {
     return select(spring > zero, positive(spring - c * rate), zero);

@@ -53,7 +53,6 @@ struct SpatialModel::Parts final : Waker {
     SpatialArrays& a = cars.arrays;
     a.rails = &scenario.rails;
     a.spring = scenario.suspension.stiffness;
-    a.stiffening = side_stiffening(scenario.suspension);
     a.half_base = scenario.suspension.half_base;
     a.brake_stiffness = scenario.terrain.body_stiffness;
     a.grade = scenario.track.grade / std::sqrt(1.0 + scenario.track.grade * scenario.track.grade);

@@ -208,8 +208,7 @@ double SpatialTrucks::energy(std::size_t truck, const SpatialMotion& q) const {
     const Vector3d place = wheel(q, truck, left);
     const double ground = !on_ground(truck) ? bed_.rails(place, arc_[truck]) : bed_.ground(place, arc_[truck]).z;
     const double depth = std::max(b.sag - (place.z() - ground), 0.0);
-    const double beyond = std::max(depth - b.travel, 0.0);
-    e += 0.5 * (b.spring * depth * depth + b.stiffening * beyond * beyond);
+    e += 0.5 * b.spring * depth * depth;
   }
   return e;
 }

@@ -182,8 +182,6 @@ std::vector<StepLimit> step_limits(const Scenario& s) {
     add("coupler.roll_stiffness", s.coupler.roll_stiffness, r.roll, 0.0);
     add("rails.stiffness", s.rails.stiffness, r.rails, r.rail_damping);
     add("suspension.stiffness", s.suspension.stiffness, r.truck, r.truck_damping);
-    if (s.suspension.travel < inputs::kInfinity)
-      add("suspension.solid_stiffness", s.suspension.solid_stiffness, r.truck, r.truck_damping);
     add("terrain.body_stiffness", s.terrain.body_stiffness, r.ground, r.ground_damping);
     if (s.contact.law != inputs::ContactLaw::none)
       add("contact.stiffness", s.contact.stiffness, r.contact, r.contact_damping);

@@ -77,16 +77,14 @@ class Support final : public SimTK::Force::Custom::Implementation {
       for (const double side : {1.0, -1.0}) {
         points_.push_back({truck, middle + Vec3(0.0, side * spring.half_base, 0.0), spring.stiffness,
                            spring.damping_ratio * critical_damping(spring.stiffness, 0.25 * car.mass),
-                           0.25 * car.mass * inputs::kStandardGravity / spring.stiffness,
-                           std::max(spring.travel, 1.5 * 0.25 * car.mass * inputs::kStandardGravity / spring.stiffness),
-                           std::max(spring.stiffness, spring.solid_stiffness)});
+                           0.25 * car.mass * inputs::kStandardGravity / spring.stiffness});
       }
     }
     for (const double x : {-0.5, 0.0, 0.5}) {
       for (const double y : {-0.5, 0.5}) {
         for (const double z : {car.floor_height, car.roof_height}) {
           const Vec3 corner(x * car.length, y * car.width, z - car.centre_height);
-          points_.push_back({kBody, corner, s.terrain.body_stiffness, ground_damping_, 0.0, inputs::kInfinity, 0.0});
+          points_.push_back({kBody, corner, s.terrain.body_stiffness, ground_damping_, 0.0});
         }
       }
     }
@@ -152,8 +150,7 @@ class Support final : public SimTK::Force::Custom::Implementation {
     int truck;  // or kBody
     Vec3 station;
     double stiffness, damping;
-    double reach;          // how far below the station it is without load [m]
-    double travel, solid;  // how far it is pressed until it is solid [m]; its stiffness then
+    double reach;  // how far below the station it is without load [m]
   };
   struct Stands {
     std::array<Stand, 2> of{Stand::on_rails, Stand::on_rails};
@@ -187,9 +184,7 @@ class Support final : public SimTK::Force::Custom::Implementation {
   Pressing pressing(const Moving& car, const Point& p, bool on_rails) const {
     const Vec3 place = car.place(p.station), velocity = car.velocity(p.station);
     const GroundAt g = on_rails ? GroundAt{0.0, Vec3(0.0, 0.0, 1.0)} : ground_at(scenario_.terrain, place[1]);
-    const double depth = p.reach + g.height - place[2];
-    const double spring =
-        depth > p.travel ? p.stiffness * p.travel + p.solid * (depth - p.travel) : p.stiffness * depth;
+    const double spring = p.stiffness * (p.reach + g.height - place[2]);
     // A wheel that has left the ground is not held back by its damper.
     return {spring > 0.0 ? spring - p.damping * SimTK::dot(velocity, g.up) : spring, g.up, velocity};
   }
@@ -483,6 +478,8 @@ inputs::Scenario checked(const inputs::Scenario& s) {
   refuse_if(s.track.grade != 0.0 || !s.track.grades.empty(), "grades: track.grade, track.grades");
   refuse_if(!s.terrain.sections.empty() || !s.terrain.grid.rows.empty(), "terrain.sections, terrain.grid");
   refuse_if(!s.ground.patches.empty(), "patches of ground");
+  refuse_if(std::isfinite(s.rails.flange_height) && std::isfinite(s.rails.derail_ratio),
+            "wheels that lift: rails.flange_height");
   refuse_if(s.initial.cars_ahead > 0, "cars ahead of the point of derailment");
   refuse_if(s.initial.perturbation.kick != 0.0 || s.initial.perturbation.alignment != 0.0, "perturbations");
   refuse_if(s.brakes.force != 0.0 || s.brakes.rolling_resistance != 0.0, "brakes");

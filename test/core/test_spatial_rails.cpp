@@ -203,45 +203,10 @@ TEST(OnTheRails, ACarStartsAtRestInThePlaneOfTheRails) {
   EXPECT_NEAR(after.axes(2, 1) - before.axes(2, 1), 0.027, 0.005);
 }
 
-/// How far the springs of one side are pressed by a load: solid beyond their travel.
-double pressed_by(const inputs::Scenario& s, double load) {
-  const inputs::Suspension& spring = s.suspension;
-  const double travel = std::max(spring.travel, 1.5 * 0.25 * s.consist[0].weight / spring.stiffness);
-  const double holds = spring.stiffness * travel;
-  return load <= holds ? load / spring.stiffness : travel + (load - holds) / spring.solid_stiffness;
-}
-
-TEST(OnTheRails, SpringsGoSolidAtTheirTravel) {
-  for (const double weight : {80.0 * inputs::kKip, 286.0 * inputs::kKip, 420.0 * inputs::kKip}) {
-    inputs::Scenario s = held(1, 1e-6);
-    s.consist[0].weight = weight;
-    s.suspension.damping_ratio = 0.0;
-    const double rest = pressed_by(s, 0.25 * weight), h = height_of(s);
-    EXPECT_NEAR(rest, 0.25 * weight / s.suspension.stiffness, 1e-12);  // no car rests on solid springs
-    for (const double load : {0.1 * weight, 0.3 * weight, 0.37 * weight, 0.6 * weight, 2.0 * weight}) {
-      Train train(s, {at({-300.0, 0.0, h + rest - pressed_by(s, load)})});
-      const double stored = train.energy().suspension;
-      train.step();
-      EXPECT_NEAR(train.car(0).velocity.z() / (1e-6 * kGravity), 4.0 * load / weight - 1.0, 1e-3);
-      // What they store is the work of that force: by trapezoids.
-      double work = 0.0;
-      const double end = pressed_by(s, load);
-      constexpr int kParts = 4000;
-      const auto force = [&](double depth) {
-        double low = 0.0, high = 100.0 * weight;
-        for (int i = 0; i < 60; ++i) (pressed_by(s, 0.5 * (low + high)) < depth ? low : high) = 0.5 * (low + high);
-        return low;
-      };
-      for (int i = 0; i < kParts; ++i) work += force((i + 0.5) * end / kParts) * end / kParts;
-      EXPECT_NEAR(stored / (4.0 * work), 1.0, 1e-4);
-    }
-  }
-}
-
 /// A car on its right wheels: those on the left are that high above the rail.
 Train on_one_side(const inputs::Scenario& s, double lift) {
   const double b = s.suspension.half_base, weight = s.consist[0].weight;
-  const double rest = pressed_by(s, 0.25 * weight), right = pressed_by(s, 0.5 * weight);
+  const double rest = 0.25 * weight / s.suspension.stiffness, right = 2.0 * rest;
   const double roll = std::asin((right + lift) / (2.0 * b));
   const Matrix3d axes = turned(roll, Vector3d::UnitX());
   const Vector3d wheel(-300.0, -b, rest - right);
@@ -273,7 +238,7 @@ TEST(OnTheRails, ATruckWhoseWheelsHangAboveTheFlangeLeavesTheRails) {
 TEST(OnTheRails, ACarTipsAtTheLateralAccelerationOfTheClosedForm) {
   const inputs::Scenario s = held(1, 5e-4);
   const double b = s.suspension.half_base, h = height_of(s), weight = s.consist[0].weight;
-  const double lean = pressed_by(s, 0.5 * weight) / (2.0 * b);  // when the inner wheels lift
+  const double lean = weight / (4.0 * s.suspension.stiffness * b);  // when the inner wheels lift
   const double lifts = kGravity * (b / h - lean);
   const double curvature = 1.0 / 250.0;
   for (const double share : {0.97, 1.03}) {

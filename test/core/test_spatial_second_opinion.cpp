@@ -47,9 +47,11 @@ inputs::Scenario on_the_bank(int cars) {
   s.initial.perturbation = {};
   s.rails.derail_ratio = 1e3;
   s.rails.torn_length = 0.0;
+  s.rails.flange_height = kInfinity;
   s.coupler.break_draft = s.coupler.break_swing = s.coupler.break_twist = kInfinity;
   s.coupler.vertical_hold = kInfinity;
   s.coupler.draft_gear_travel = 0.02;  // soon used up
+  s.coupler.butt_height = 0.0;         // cars that go over roll from edge to edge of them: small differences would grow
   s.terrain.bank_left = 3.0;
   return s;
 }
@@ -101,6 +103,20 @@ Case off_the_rails() {
               {12.0 + k, 0.0, 0.0}, {0.1 * way, 0.02, 0.05});
   };
   return {"off the rails", s, {car(0), car(1), car(2)}, 2.0};
+}
+
+/// On the rails, one higher than the next, cars run into each other: butts hold them level, or do not.
+Case in_buff() {
+  Case c = off_the_rails();
+  c.name = "in buff";
+  c.until = 0.5;
+  c.scenario.coupler.butt_height = inputs::Coupler{}.butt_height;
+  const double height = test::height_of(c.scenario);
+  c.start.clear();
+  for (int k = 0; k < 3; ++k)
+    c.start.push_back(at({-60.0 - k * (test::kPitch - 0.03), 0.0, height + (k == 1 ? 0.03 : -0.02)},
+                         Matrix3d::Identity(), {10.0 + 0.6 * k, 0.0, 0.0}));
+  return c;
 }
 
 /// The same three cars with couplers of usual strength: one is twisted off.
@@ -235,6 +251,7 @@ const Change kChanges[] = {
     {"pitch stop", three_cars, [](inputs::Scenario& s) { s.coupler.pitch_stiffness *= kMore; }},
     {"roll limit", three_cars, [](inputs::Scenario& s) { s.coupler.roll_limit = kMore * 10.0 * inputs::kDegree; }},
     {"roll stop", three_cars, [](inputs::Scenario& s) { s.coupler.roll_stiffness *= kMore; }},
+    {"butt height", in_buff, [](inputs::Scenario& s) { s.coupler.butt_height *= kMore; }},
     {"rails", off_the_rails, [](inputs::Scenario& s) { s.rails.stiffness *= kMore; }},
     {"rail damping", off_the_rails, [](inputs::Scenario& s) { s.rails.damping_ratio *= kMore; }},
     {"rail height", off_the_rails, [](inputs::Scenario& s) { s.terrain.rail_height *= kMore; }},
@@ -285,7 +302,7 @@ TEST_P(EarlyMotion, ASmallChangeIsSeen) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, EarlyMotion,
-                         testing::Values(one_car, two_cars, three_cars, off_the_rails, a_coupler_breaks),
+                         testing::Values(one_car, two_cars, three_cars, off_the_rails, in_buff, a_coupler_breaks),
                          [](const auto& c) {
                            std::string name = c.param().name;
                            std::replace(name.begin(), name.end(), ' ', '_');

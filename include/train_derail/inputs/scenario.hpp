@@ -101,10 +101,7 @@ struct Coupler {
 struct Suspension {
   double stiffness = 24.0e3 * 12.0 * kPoundForce / kFoot;  ///< vertical, of one side of a truck [N/m]
   double damping_ratio = 0.2;                              ///< of a quarter of the car on one side [-]
-  /// Deflection at which springs go solid [m]; no less than 1.5 times that at rest.
-  double travel = 3.6875 / 12.0 * kFoot;
-  double solid_stiffness = 400.0e3 * 12.0 * kPoundForce / kFoot;  ///< vertical, of a side beyond it [N/m]
-  double half_base = 29.75 / 12.0 * kFoot;  ///< of a side's support from the middle of the track [m]
+  double half_base = 29.75 / 12.0 * kFoot;                 ///< of a side's support from the middle of the track [m]
   double part_angle = 45.0 * kDegree;  ///< roll of the body at which a truck that carries nothing parts from it [rad]
 };
 

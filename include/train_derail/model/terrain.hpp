@@ -106,15 +106,6 @@ inline double side_damping(const inputs::Suspension& s, double car_mass) {
   return 2.0 * s.damping_ratio * std::sqrt(s.stiffness * 0.25 * car_mass);
 }
 
-/// Deflection at which the springs of a side of a truck are solid [m]: heavier cars than the usual have more of them.
-inline double side_travel(const inputs::Suspension& s, double car_weight) {
-  constexpr double kCapacity = 1.5;  // over the load at rest, of usual designs
-  return std::max(s.travel, kCapacity * 0.25 * car_weight / s.stiffness);
-}
-
-/// What the springs of a side gain in stiffness when they go solid [N/m].
-inline double side_stiffening(const inputs::Suspension& s) { return std::max(s.solid_stiffness - s.stiffness, 0.0); }
-
 /// Damping of the ground under a point of a car [N s/m].
 inline double ground_damping(const inputs::Terrain& t, double car_mass) {
   return 2.0 * t.body_damping_ratio * std::sqrt(t.body_stiffness * 0.25 * car_mass);
