@@ -208,7 +208,7 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
   std::array<Vector, 8> arm, slip;
   std::array<double, 8> pushes;
   Vector first_velocity{}, mean_slip{}, mean_arm{};
-  double force = 0.0, fastest = 0.0;
+  double force = 0.0, fastest = 0.0, crushed = pair.crushed;
   for (std::size_t i = 0; i < points; ++i) {
     arm[i] = three(m.point[i]) - centre;
     const Vector v = moves + turns.cross(arm[i]);
@@ -217,14 +217,17 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
       first_velocity = v;
       fastest = closing;
     }
-    pushes[i] = m.share[i] * quiet_contact_force(law, m.depth[i], closing, quiet, pair.crushed);
+    double own = pair.crushed;  // of all points alike, in whatever order they are found
+    pushes[i] = m.share[i] * quiet_contact_force(law, m.depth[i], closing, quiet, own);
+    crushed = std::max(crushed, own);
     slip[i] = v + along * closing;
     force += pushes[i];
     mean_slip = mean_slip + slip[i] * pushes[i];
     mean_arm = mean_arm + arm[i] * pushes[i];
     double& overlap = record_.incidents.overlap_max;
-    overlap = std::max(overlap, m.depth[i] - pair.crushed);
+    overlap = std::max(overlap, m.depth[i] - own);
   }
+  pair.crushed = crushed;
   if (!(force > 0.0)) {
     pair.sheared.setZero();
     return wakes(pair, Vector3d::Zero());

@@ -56,7 +56,6 @@ TEST(SpatialRun, FlatLowAndWideEndsAsInThePlane) {
   space.suspension.half_base = 3.0;
   space.terrain.rail_height = 0.0;
   space.coupler.height = 1.0;
-  space.coupler.pitch_limit = 0.0;  // free to pitch, cars under buff buckle upwards, as no car of the plane can
   for (inputs::CarBlock& block : space.consist) {
     block.centre_height = 1.0;
     block.floor_height = 0.1;

@@ -155,8 +155,6 @@ inputs::Scenario boxes_and_tanks(int cars) {
 void expect_mirror_image(inputs::BodyShape shape, bool hilly) {
   inputs::Scenario s = test::everything(20, 2e-3, hilly);
   s.consist.back().shape = shape;
-  // Points of a face of a box yield one after the other, in an order that a mirror changes.
-  if (shape == inputs::BodyShape::box) s.contact.crush_force = s.contact.side_crush_force = kInfinity;
   s.initial.perturbation.kick = s.initial.perturbation.alignment = 0.0;  // drawn to either side
   s.ground.patches = {{-20.0, 80.0, 0.0, 10.0, 1.4}};
   inputs::Scenario m = s;
@@ -236,7 +234,7 @@ void expect_cars_gone_over(const Seen& seen) {
   EXPECT_GT(seen.tilt, kOver);
   EXPECT_GT(seen.derailments, 6U);
   EXPECT_GT(seen.broken, 1U);
-  EXPECT_GT(seen.impacts, 3U);
+  EXPECT_GT(seen.impacts, 1U);
 }
 
 TEST(MovedAlongAStraightTrack, WithItsGradesIsTheSame) {
