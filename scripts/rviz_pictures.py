@@ -25,6 +25,7 @@ PICTURES = [
     ('dads20.png', 'config/dads20.yaml', 16.0, 'wreck', True, 'cause'),
     ('accident3d.png', 'config/accident3d.yaml', 39.0, 'wreck', True, 'cause'),
     ('posture.png', 'config/accident3d.yaml', 39.0, 'wreck', True, 'posture'),
+    ('along.png', 'config/accident3d.yaml', 39.0, 'along the track', True, 'posture'),
     ('panel.png', 'config/mixed_train.yaml', 8.5, 'whole train', False, 'cause'),
 ]
 SIZE = (1366, 768)
