@@ -17,17 +17,14 @@
 #include "spatial_fixtures.hpp"
 #include "train_derail/model/spatial_bed.hpp"
 
-namespace train_derail {
+namespace train_derail::test {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using inputs::kInfinity;
 using model::SpatialMotion;
-using test::at;
-using test::height_of;
-using test::turned;
-using Train = test::SpatialTrain;
+using Train = SpatialTrain;
 using Cars = std::vector<SpatialMotion>;
 
 constexpr double kOver = 45.0 * inputs::kDegree;
@@ -138,7 +135,7 @@ std::vector<Part> with(std::vector<Part> parts) {
 
 /// All parts, the first half of the cars boxes and the others tanks.
 inputs::Scenario boxes_and_tanks(int cars) {
-  inputs::Scenario s = test::everything(cars, 2e-3);
+  inputs::Scenario s = everything(cars, 2e-3);
   s.initial.perturbation = {};
   s.track.curves.clear();
   s.consist.push_back(s.consist.back());
@@ -153,7 +150,7 @@ inputs::Scenario boxes_and_tanks(int cars) {
 // Mirrored
 
 void expect_mirror_image(inputs::BodyShape shape, bool hilly) {
-  inputs::Scenario s = test::everything(20, 2e-3, hilly);
+  inputs::Scenario s = everything(20, 2e-3, hilly);
   s.consist.back().shape = shape;
   s.initial.perturbation.kick = s.initial.perturbation.alignment = 0.0;  // drawn to either side
   s.ground.patches = {{-20.0, 80.0, 0.0, 10.0, 1.4}};
@@ -205,7 +202,7 @@ Scene thrown_off(const inputs::Scenario& scenario, double first, double to_the_l
     const bool thrown = k == 0;
     const Vector3d velocity(thrown ? 12.0 : 16.0, thrown ? to_the_left : 0.0, 0.0);
     const Vector3d rates = (thrown ? to_the_left : 0.0) * Vector3d(-1.0, 0.0, 0.1) / 6.0;
-    scene.cars.push_back(on_rails(scenario, bed, first - k * (test::kPitch - 0.02), velocity, rates));
+    scene.cars.push_back(on_rails(scenario, bed, first - k * (kPitch - 0.02), velocity, rates));
   }
   return scene;
 }
@@ -288,7 +285,7 @@ Cars coupled_cars(const inputs::Scenario& s, double up) {
   Cars cars;
   for (int k = 0; k < kCars; ++k) {
     const bool lead = k == 0;
-    cars.push_back(at(first - Vector3d(k * (test::kPitch - 0.02), 0.0, 0.0), Matrix3d::Identity(),
+    cars.push_back(at(first - Vector3d(k * (kPitch - 0.02), 0.0, 0.0), Matrix3d::Identity(),
                       {lead ? 6.0 : 24.0, lead ? 4.0 : 0.0, 0.0}, {lead ? -2.5 : 0.0, 0.0, lead ? 1.2 : 0.0}));
   }
   return cars;
@@ -324,7 +321,7 @@ TEST(TurnedInTheAir, AboutAnyAxisIsTheSame) {
   for (double t = 0.5; t <= kUntil; t += 0.5) {
     here.to(t);
     there.to(t);
-    const Vector3d fallen(0.0, 0.0, -0.5 * test::kGravity * t * (t + h)), faster(0.0, 0.0, -test::kGravity * t);
+    const Vector3d fallen(0.0, 0.0, -0.5 * kGravity * t * (t + h)), faster(0.0, 0.0, -kGravity * t);
     EXPECT_LT(apart(here, there, is, fallen, faster), kSame) << "at " << t;
   }
   EXPECT_GT(here.incidents().impacts.size(), 1U);
@@ -336,4 +333,4 @@ TEST(TurnedInTheAir, AboutAnyAxisIsTheSame) {
 }
 
 }  // namespace
-}  // namespace train_derail
+}  // namespace train_derail::test

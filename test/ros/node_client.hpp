@@ -64,6 +64,16 @@ class Record {
   ros::Subscriber subscriber_;
 };
 
+/// Fixture of tests that look at one run: Derived::record() records it before the first of them.
+template <class Derived>
+class RecordedOnce : public testing::Test {
+ protected:
+  void SetUp() override {
+    static const bool recorded = (Derived::record(), !HasFailure());
+    ASSERT_TRUE(recorded);
+  }
+};
+
 /// One node under test, all of whose services answer.
 class NodeClient {
  public:

@@ -19,13 +19,8 @@ namespace train_derail::test {
 namespace {
 
 /// One whole run, recorded once for all tests, and the same run in this process.
-class Accident : public testing::Test {
- protected:
-  void SetUp() override {
-    static const bool recorded = (record(), !HasFailure());
-    ASSERT_TRUE(recorded);
-  }
-
+class Accident : public RecordedOnce<Accident> {
+ public:
   static void record() {
     const NodeClient node("/train_derail");
     cars = new Record<CarStates>("/train_derail/cars");

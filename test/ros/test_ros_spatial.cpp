@@ -21,13 +21,8 @@ constexpr double kOver = M_PI / 4.0;  // tilt of a car on its side or over [rad]
 Eigen::Quaterniond rotation(const geometry_msgs::Quaternion& q) { return {q.w, q.x, q.y, q.z}; }
 
 /// One whole run, recorded once for all tests.
-class Spatial : public testing::Test {
- protected:
-  void SetUp() override {
-    static const bool recorded = (record(), !HasFailure());
-    ASSERT_TRUE(recorded);
-  }
-
+class Spatial : public RecordedOnce<Spatial> {
+ public:
   static void record() {
     const NodeClient node("/train_derail");
     cars = new Record<CarStates>("/train_derail/cars");

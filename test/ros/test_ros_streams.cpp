@@ -23,13 +23,8 @@ namespace {
 std::string g_scenario_file;
 
 /// One whole run, recorded once for all tests.
-class Streams : public testing::Test {
- protected:
-  void SetUp() override {
-    static const bool recorded = (record(), !HasFailure());
-    ASSERT_TRUE(recorded);
-  }
-
+class Streams : public RecordedOnce<Streams> {
+ public:
   static void record() {
     node = new NodeClient("/train_derail");
     clock = new Record<rosgraph_msgs::Clock>("/clock");
