@@ -143,7 +143,8 @@ class CouplerOverloadMonitor {
     if (!resume_ || !paused_ || !watch_.unfinished()) return;
     resume_ = false;
     std_srvs::Trigger trigger;
-    if (!::ros::service::call(simulator_ + "/resume", trigger)) {
+    // Persistent: of a call that ends its connection, roscpp may drop the answer on a busy machine.
+    if (!::ros::service::createClient<std_srvs::Trigger>(simulator_ + "/resume", true).call(trigger)) {
       ROS_ERROR("%s/resume does not answer", simulator_.c_str());
     } else if (!trigger.response.success) {
       ROS_ERROR("%s/resume: %s", simulator_.c_str(), trigger.response.message.c_str());

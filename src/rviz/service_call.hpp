@@ -22,8 +22,11 @@ class BreakableCalls {
   template <class Service>
   bool call(const std::string& name, const typename Service::Request& request, typename Service::Response& response) {
     namespace traits = ::ros::service_traits;
-    const auto link = ::ros::ServiceManager::instance()->createServiceServerLink(name, false, traits::md5sum<Service>(),
-                                                                                 traits::md5sum<Service>(), {});
+    // Else the node closes the connection with its answer, and roscpp drops an answer that it is not yet waiting for
+    // when it sees that, as on a busy machine (ros_comm issue 1976): done, and "no answer".
+    constexpr bool kPersistent = true;
+    const auto link = ::ros::ServiceManager::instance()->createServiceServerLink(
+        name, kPersistent, traits::md5sum<Service>(), traits::md5sum<Service>(), {});
     if (!link || !link->isValid()) return false;
     const Entry entry(*this, link);
     ::ros::SerializedMessage answer;
@@ -66,9 +69,12 @@ class BreakableCalls {
       if (calls_.closed_) drop(link_);
     }
     ~Entry() {
-      const std::lock_guard<std::mutex> lock(calls_.mutex_);
-      auto& links = calls_.links_;
-      links.erase(std::find(links.begin(), links.end(), link_));
+      {
+        const std::lock_guard<std::mutex> lock(calls_.mutex_);
+        auto& links = calls_.links_;
+        links.erase(std::find(links.begin(), links.end(), link_));
+      }
+      drop(link_);
     }
     Entry(const Entry&) = delete;
     Entry& operator=(const Entry&) = delete;

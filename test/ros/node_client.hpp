@@ -89,7 +89,8 @@ class NodeClient {
   typename Service::Response call(const std::string& name, const typename Service::Request& request) const {
     Service service;
     service.request = request;
-    EXPECT_TRUE(ros::service::call(topic(name), service)) << name << ": no answer";
+    // Persistent, or roscpp now and then drops the answer to what has been done (docs/node.md).
+    EXPECT_TRUE(ros::service::createClient<Service>(topic(name), true).call(service)) << name << ": no answer";
     return service.response;
   }
   std_srvs::Trigger::Response trigger(const std::string& name) const { return call<std_srvs::Trigger>(name, {}); }

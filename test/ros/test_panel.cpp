@@ -3,7 +3,9 @@
 #include <clocale>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <mutex>
 #include <thread>
 
@@ -626,6 +628,7 @@ class FakeNode {
     return sought_;
   }
   int restarts() const { return restarts_; }
+  int restarts_by_closing_connections() const { return restarts_by_closing_connections_; }
   int resumes() const { return resumes_; }
 
   std::atomic<bool> holds_seeks{false}, refuses_seeks{false};
@@ -636,9 +639,11 @@ class FakeNode {
     ++resumes_;
     return response.success = true;
   }
-  bool restart(Restart::Request&, Restart::Response& response) {
+  bool restart(ros::ServiceEvent<Restart::Request, Restart::Response>& event) {
+    if (event.getConnectionHeader().at("persistent") != "1") ++restarts_by_closing_connections_;
     ++restarts_;
-    return response.success = true;
+    event.getResponse().success = 1;
+    return true;
   }
   bool seek(Seek::Request& request, Seek::Response& response) {
     {
@@ -656,7 +661,7 @@ class FakeNode {
   ros::NodeHandle handle_;
   mutable std::mutex mutex_;
   std::vector<double> sought_;
-  std::atomic<int> restarts_{0}, resumes_{0};
+  std::atomic<int> restarts_{0}, restarts_by_closing_connections_{0}, resumes_{0};
   std::vector<ros::ServiceServer> services_;
   ros::Publisher inputs_, info_, cars_, couplers_, outcome_;
   ros::AsyncSpinner spinner_;
@@ -770,6 +775,24 @@ TEST_F(PanelOnFake, ARecordedRunIsPlayedAndNotChanged) {
   EXPECT_TRUE(wait_in_rviz([&] { return node.resumes() == 1; }));
   EXPECT_EQ(node.sought(), std::vector<double>{0.0});
   EXPECT_EQ(node.restarts(), 0);
+}
+
+std::ptrdiff_t open_files() {
+  return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+}
+
+// If the node closes the connection with its answer, roscpp may drop that answer (ros_comm issue 1976).
+TEST_F(PanelOnFake, TheNodeNeverClosesTheConnectionOfACallAndThePanelAlwaysDoes) {
+  constexpr int kCalls = 20;
+  run_to_the_end();
+  const std::ptrdiff_t before = open_files();
+  for (int k = 1; k <= kCalls; ++k) {
+    ASSERT_TRUE(wait_in_rviz([&] { return button("restart")->isEnabled(); }));
+    click("restart");
+    ASSERT_TRUE(wait_in_rviz([&] { return node.restarts() == k; }));
+  }
+  EXPECT_EQ(node.restarts_by_closing_connections(), 0);
+  EXPECT_TRUE(wait_in_rviz([&] { return open_files() < before + kCalls; })) << "one or two a call are left open";
 }
 
 TEST_F(Panel, ARunThatHasEndedCanBeRunAgainWithTheInputsOfTheForm) {

@@ -18,6 +18,8 @@ int main(int count, char** arguments) {
   const ros::Subscriber outcomes = node.subscribe("/train_derail/outcome", 1000, heard);
   if (!ros::service::waitForService("/train_derail/resume", ros::Duration(300.0))) return 1;
   std_srvs::Trigger resume;
-  if (!ros::service::call("/train_derail/resume", resume) || !resume.response.success) return 1;
+  // Persistent: of a call that ends its connection, roscpp may drop the answer on a busy machine.
+  ros::ServiceClient client = node.serviceClient<std_srvs::Trigger>("/train_derail/resume", true);
+  if (!client.call(resume) || !resume.response.success) return 1;
   ros::spin();
 }
