@@ -113,6 +113,21 @@ class InstallTest(unittest.TestCase):
         missing = {word: where for word, where in named.items() if '/%s' % re.sub('^scripts/', '', word) not in installed}
         self.assertEqual(missing, {})
 
+    def test_each_file_is_in_one_package_of_debian(self):
+        if not ROS:
+            self.skipTest('the packages have all of it')
+        packages = dict.fromkeys(files_below(self.prefix), ())
+        for listed in glob.glob(os.path.join(SOURCE, 'debian', '*.install')):
+            with open(listed, encoding='utf-8') as f:
+                patterns = [line.split()[0].replace('usr/lib/*/', 'usr/lib/') for line in f]
+            for pattern in patterns:
+                for found in glob.glob(os.path.join(glob.escape(self.prefix), pattern.removeprefix('usr/'))):
+                    for name in files_below(found) if os.path.isdir(found) else ['']:
+                        packages[os.path.relpath(os.path.join(found, name), self.prefix).removesuffix('/.')] += (os.path.basename(listed),)
+        # What debian/rules takes away, and what sets up a folder that is no system's.
+        away = re.compile(r'share/(common-lisp|gennodejs|roseus)/|.*/__pycache__/|(\.catkin|\.rosinstall|(env|_setup_util|(local_)?setup)\.\w+)$')
+        self.assertEqual({name: of for name, of in packages.items() if len(of) != 1 and not away.match(name)}, {})
+
     def consume(self, name, flags, catkin=False):
         build = os.path.join(self.folder, name)
         environment = plain_environment()
