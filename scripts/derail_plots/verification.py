@@ -81,7 +81,7 @@ def growth(summary, trains):
     style.heading(
         figure,
         'how fast the two engines drift apart',
-        f"same start, tolerance {summary['accuracy']:.0e} in both",
+        f"same start, {summary['fineness']}",
     )
     return figure
 

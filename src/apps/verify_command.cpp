@@ -27,8 +27,9 @@ struct VerifyArguments {
   bool force = false, quiet = false;
 };
 
-int verify(const VerifyArguments& a) {
+int verify(VerifyArguments a) {
   multibody::require();
+  a.options.source = a.file;
   expect(files::FileKind::scenario, a.file);
   std::vector<inputs::Override> overrides;
   for (const std::string& text : a.set) overrides.push_back(inputs::parse_override(text));
@@ -74,7 +75,9 @@ void add_verify_command(CLI::App& app, std::function<int()>& command) {
   const auto arguments = std::make_shared<VerifyArguments>();
   VerifyArguments& a = *arguments;
   CLI::App* sub = app.add_subcommand(
-      "verify", "Check the model against a general multibody engine (Simbody); exit code 4: they differ");
+      "verify",
+      "Check the paper's model, or the one in three dimensions, against a general multibody engine (Simbody).\n"
+      "Exit code 4: they differ. Parts that the engine lacks are refused: all their keys are named.");
   add_path(sub, "FILE", a.file, "Scenario, YAML (keys: derail keys)")->required();
   sub->add_option("--set", a.set, "Change an input: key=value; may be repeated")->allow_extra_args(false);
   sub->add_option("--runs", a.options.runs,

@@ -235,9 +235,11 @@ TrackExtent track_extent(const Scenario& s) {
   return e;
 }
 
-std::string first_part_beyond_the_paper(const Scenario& s) {
-  const PartInput* part = first_part(s);
-  return part == nullptr ? "" : part->key;
+std::vector<PartOn> parts_beyond_the_paper(const Scenario& s) {
+  std::vector<PartOn> on;
+  for (const PartInput& part : kParts)
+    if (const std::string value(part.value(s)); !value.empty()) on.push_back({part.key, value});
+  return on;
 }
 
 Model model_of(const Scenario& s) {

@@ -21,6 +21,8 @@ class EngineRun {
 
 inline constexpr char kEngineModule[] = "libtrain_derail_multibody.so";
 inline constexpr char kEngineFunction[] = "train_derail_start_engine";
-using StartEngine = EngineRun* (*)(const inputs::Scenario& scenario, const EngineOptions& options);
+/// The function of the module. `start`: motions of the cars, see Engine; null: the scenario's initial motion.
+using StartEngine = EngineRun* (*)(const inputs::Scenario& scenario, const EngineOptions& options,
+                                   const std::vector<BodyMotion>* start);
 
 }  // namespace train_derail::multibody

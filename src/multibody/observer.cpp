@@ -3,23 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "train_derail/model/footprint.hpp"
 #include "train_derail/outcome/pile_up.hpp"
 
 namespace train_derail::multibody {
 
 namespace {
 
-Vector2 axis(const BodyMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
+Vector2 axis(const PlanMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
 
 /// Position and velocity of the point `ahead` metres ahead of the centre of mass.
-Vector2 place(const BodyMotion& c, double ahead) { return Vector2(c.x, c.y) + ahead * axis(c); }
-Vector2 velocity(const BodyMotion& c, const Vector2& point) {
+Vector2 place(const PlanMotion& c, double ahead) { return Vector2(c.x, c.y) + ahead * axis(c); }
+Vector2 velocity(const PlanMotion& c, const Vector2& point) {
   return {c.vx - c.omega * (point.y() - c.y), c.vy + c.omega * (point.x() - c.x)};
 }
-Vector2 velocity(const BodyMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
+Vector2 velocity(const PlanMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
 
-model::Footprint footprint(const model::Car& car, const BodyMotion& c) {
+model::Footprint footprint(const model::Car& car, const PlanMotion& c) {
   return {{c.x, c.y}, axis(c), 0.5 * car.length, 0.5 * car.width};
 }
 
@@ -31,7 +30,8 @@ Observer::Observer(std::vector<model::Car> train, const inputs::Scenario& scenar
       stop_speed_(scenario.stop.speed),
       shortest_{inputs::kInfinity},
       longest_{-inputs::kInfinity},
-      off_track_(train_.size(), 0) {}
+      off_track_(train_.size(), 0),
+      parted_(train_.size() - 1, 0) {}
 
 void Observer::consider(int coupler, double length, double t) {
   if (length < shortest_.length) shortest_ = {length, coupler, t};
@@ -59,14 +59,14 @@ void Observer::follow(double t, const std::vector<Gap>& gaps) {
   time_ = t;
 }
 
-void Observer::sample(double t, const std::vector<BodyMotion>& motion) {
+void Observer::sample(double t, const std::vector<PlanMotion>& motion) {
   truck_speed_ = 0.0;
   for (std::size_t k = 0; k < train_.size(); ++k) {
     for (const double ahead : {0.5 * train_[k].truck_spacing, -0.5 * train_[k].truck_spacing}) {
       truck_speed_ = std::max(truck_speed_, velocity(motion[k], ahead).norm());
       if (std::abs(place(motion[k], ahead).y()) > threshold_) off_track_[k] = 1;
     }
-    if (k == 0) continue;
+    if (k == 0 || parted_[k - 1] != 0) continue;
     const double speed =
         (velocity(motion[k - 1], -0.5 * train_[k - 1].length) - velocity(motion[k], 0.5 * train_[k].length)).norm();
     if (speed > relative_.speed) relative_ = {speed, static_cast<int>(k), t};
@@ -76,7 +76,7 @@ void Observer::sample(double t, const std::vector<BodyMotion>& motion) {
   touches(t, motion);
 }
 
-void Observer::touches(double t, const std::vector<BodyMotion>& motion) {
+void Observer::touches(double t, const std::vector<PlanMotion>& motion) {
   std::set<std::pair<std::size_t, std::size_t>> now;
   for (std::size_t a = 0; a < train_.size(); ++a) {
     for (std::size_t b = a + 1; b < train_.size(); ++b) {
@@ -102,21 +102,24 @@ void Observer::touches(double t, const std::vector<BodyMotion>& motion) {
   touching_ = std::move(now);
 }
 
-void Observer::report(const std::vector<BodyMotion>& motion, const std::vector<char>& past, outcome::Outcome& o) const {
+std::vector<model::Footprint> Observer::footprints(const std::vector<PlanMotion>& motion) const {
+  std::vector<model::Footprint> result;
+  for (std::size_t k = 0; k < train_.size(); ++k) result.push_back(footprint(train_[k], motion[k]));
+  return result;
+}
+
+void Observer::report(const std::vector<model::Footprint>& footprints, const Fates& fates, outcome::Outcome& o) const {
+  const auto count = [](const std::vector<char>& of) { return static_cast<int>(std::count(of.begin(), of.end(), 1)); };
   o.cars = static_cast<int>(train_.size());
-  o.cars_past_pod = static_cast<int>(std::count(past.begin(), past.end(), 1));
-  o.cars_derailed = o.cars_past_pod;
-  o.cars_off_track = static_cast<int>(std::count(off_track_.begin(), off_track_.end(), 1));
+  o.cars_past_pod = count(fates.past);
+  o.cars_derailed = count(fates.derailed);
+  o.cars_off_track = count(off_track_);
   o.closing_speed_max = closing_;
   o.touches = touches_;
   o.relative_speed_max = relative_;
   o.centre_speed_max = centres_;
-  std::vector<model::Footprint> footprints;
   std::vector<bool> counted;
-  for (std::size_t k = 0; k < train_.size(); ++k) {
-    footprints.push_back(footprint(train_[k], motion[k]));
-    counted.push_back(past[k] != 0 || off_track_[k] != 0);
-  }
+  for (std::size_t k = 0; k < train_.size(); ++k) counted.push_back(counts(fates, k));
   o.pile_up = outcome::pile_up(footprints, counted, [](std::size_t, const Vector2& point) {
     return model::TrackPlace{point.x(), point.y(), Vector2::UnitX()};
   });

@@ -250,7 +250,7 @@ std::vector<std::string> check(const Study& s, const std::atomic<bool>* stop) {
     ++looked_at;
     try {
       const inputs::Scenario scenario = scenario_of(s, points[i], run_of(s, i * s.replicates));
-      if (s.engine == EngineChoice::multibody) multibody::require_paper(scenario);
+      if (s.engine == EngineChoice::multibody) multibody::require_parts(scenario, s.source);
       const std::string now = s.replicates > 1 ? why_equal(scenario, s.engine) : "";
       if (!now.empty() && equal++ == 0) {
         why = now;
@@ -267,6 +267,7 @@ std::vector<std::string> check(const Study& s, const std::atomic<bool>* stop) {
   const auto refused_count = static_cast<std::int64_t>(refused.size());
   if (refused_count == looked_at) {
     const inputs::InputError& e = refused.front();
+    if (e.key().empty()) throw inputs::InputError(s.source, "no point of the study can be run", {e});
     throw inputs::InputError(s.source, e.key(), e.value(), "no point of the study can be run: " + e.problem(),
                              e.allowed());
   }

@@ -215,8 +215,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, PaperMethod,
 
 TEST(PaperMethod, IsTheDefault) {
   EXPECT_EQ(inputs::Solver{}.method, inputs::Method::dormand_prince);
-  EXPECT_EQ(inputs::first_part_beyond_the_paper(test::baseline()), "");
-  EXPECT_EQ(inputs::first_part_beyond_the_paper(inputs::Scenario{}), "");
+  EXPECT_TRUE(inputs::parts_beyond_the_paper(test::baseline()).empty());
+  EXPECT_TRUE(inputs::parts_beyond_the_paper(inputs::Scenario{}).empty());
 }
 
 }  // namespace

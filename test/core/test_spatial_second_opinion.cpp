@@ -11,12 +11,14 @@
 
 #include <gtest/gtest.h>
 
-#include "folder.hpp"
-#include "multibody/spatial_engine.hpp"
+#include "command_line.hpp"
+#include "multibody/halving.hpp"
 #include "same_ensembles.hpp"
 #include "spatial_fixtures.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
 #include "train_derail/multibody/verify.hpp"
+#include "train_derail/outcome/quantities.hpp"
 
 namespace train_derail {
 namespace {
@@ -24,8 +26,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using inputs::kInfinity;
-using multibody::FreeMotion;
-using multibody::SpatialFault;
+using multibody::Apart;
+using multibody::BodyMotion;
+using multibody::Fault;
+using multibody::Film;
 using test::at;
 using test::turned;
 
@@ -133,9 +137,9 @@ Case a_coupler_breaks() {
   return c;
 }
 
-using Film = std::vector<std::vector<FreeMotion>>;  // cars at every kInterval
-
 int frames(const Case& c) { return static_cast<int>(std::lround(c.until / kInterval)); }
+
+BodyMotion body(const model::SpatialMotion& q) { return {q.centre, q.axes, q.velocity, q.rotation}; }
 
 Film by_model(const Case& c, double step) {
   inputs::Scenario s = c.scenario;
@@ -144,70 +148,45 @@ Film by_model(const Case& c, double step) {
   Film film;
   for (int i = 0; i <= frames(c); ++i) {
     train.to(i * kInterval);
-    std::vector<FreeMotion>& cars = film.emplace_back();
-    for (std::size_t k = 0; k < c.start.size(); ++k) {
-      const model::SpatialMotion q = train.car(static_cast<Eigen::Index>(k));
-      cars.push_back({q.centre, q.axes, q.velocity, q.rotation});
-    }
+    multibody::Frame& now = film.emplace_back();
+    for (std::size_t k = 0; k < c.start.size(); ++k) now.cars.push_back(body(train.car(static_cast<Eigen::Index>(k))));
   }
   return film;
 }
 
-Film by_simbody(const Case& c, const multibody::SpatialEngineOptions& options) {
-  std::vector<FreeMotion> start;
-  for (const model::SpatialMotion& q : c.start) start.push_back({q.centre, q.axes, q.velocity, q.rotation});
-  const auto run = multibody::start_spatial_engine(c.scenario, start, options);
+Film by_simbody(const Case& c, const multibody::Steps& steps, Fault fault = Fault::none) {
+  std::vector<BodyMotion> start;
+  for (const model::SpatialMotion& q : c.start) start.push_back(body(q));
+  multibody::Engine run(c.scenario, {steps.accuracy, false, fault, steps.settle_time}, start);
   Film film;
   for (int i = 0; i <= frames(c); ++i) {
-    run->advance(i * kInterval);
-    film.push_back(run->cars());
+    run.advance(i * kInterval);
+    film.push_back({run.cars(), {}});
   }
   return film;
 }
 
-/// The farthest that any car is from its twin at any time.
-struct Apart {
-  double position = 0.0, angle = 0.0;  // m, rad
+/// By both, with steps and tolerances a whole and a half.
+struct Both {
+  multibody::Halves<Film> films;
+  multibody::HalvedComparison compared;
+  bool agrees() const { return compared.agrees() && compared.worth(multibody::Criteria().worth); }
 };
-Apart apart(const Film& a, const Film& b) {
-  Apart most;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    for (std::size_t k = 0; k < a[i].size(); ++k) {
-      most.position = std::max(most.position, (a[i][k].centre - b[i][k].centre).norm());
-      most.angle = std::max(most.angle, Eigen::AngleAxisd(a[i][k].axes.transpose() * b[i][k].axes).angle());
-    }
-  }
-  return most;
-}
+const multibody::Steps kWhole, kHalf = kWhole.halved();
 
-constexpr double kWorth = 1e-3;  // a limit above that says nothing [m, rad]
-
-/// Both are followed twice, with steps and tolerances a whole and a half. What halving changes is what an answer lacks
-/// still, if it comes closer in proportion to the step; the two agree if they differ by at most twice the sum of both.
-struct Comparison {
-  Film model, simbody;
-  Apart whole, half;  // between the two, with the model's longer and its shorter step
-  Apart limit;
-  bool within(const Apart& a) const { return a.position <= limit.position && a.angle <= limit.angle; }
-  bool agrees() const { return within(half) && limit.position < kWorth && limit.angle < kWorth; }
-};
-
-Comparison compare(const Case& c, SpatialFault fault = SpatialFault::none) {
-  const Film coarse = by_model(c, 4e-5), rough = by_simbody(c, {1e-6, 1e-4, fault});
-  Comparison r;
-  r.model = by_model(c, 2e-5);
-  r.simbody = by_simbody(c, {1e-7, 5e-5, fault});
-  r.whole = apart(coarse, r.simbody);
-  r.half = apart(r.model, r.simbody);
-  const Apart model = apart(coarse, r.model), simbody = apart(rough, r.simbody);
-  r.limit = {2.0 * (model.position + simbody.position), 2.0 * (model.angle + simbody.angle)};
+Both both(const Case& c, Fault fault = Fault::none) {
+  Both r;
+  r.films = {by_model(c, kWhole.step), by_model(c, kHalf.step), by_simbody(c, kWhole, fault),
+             by_simbody(c, kHalf, fault)};
+  r.compared = multibody::compare(r.films);
+  const multibody::HalvedComparison& m = r.compared;
   std::printf("%s: %.1e m and %.1e rad apart (allowed: %.1e, %.1e; with twice the step %.1e, %.1e)\n", c.name,
-              r.half.position, r.half.angle, r.limit.position, r.limit.angle, r.whole.position, r.whole.angle);
+              m.half.position, m.half.angle, m.limit.position, m.limit.angle, m.whole.position, m.whole.angle);
   return r;
 }
 
 /// How upright a car is at the end: 1 on its wheels, 0 on its side, -1 upside down.
-double upright(const Film& film, std::size_t car) { return film.back()[car].axes(2, 2); }
+double upright(const Film& film, std::size_t car) { return film.back().cars[car].axes(2, 2); }
 
 /// One part of the scenario changed by a fiftieth.
 struct Change {
@@ -281,23 +260,25 @@ constexpr double kMilli = 1e-3;
 class EarlyMotion : public testing::TestWithParam<Case (*)()> {};
 
 TEST_P(EarlyMotion, IsTheSame) {
-  const Comparison r = compare(GetParam()());
+  const Both r = both(GetParam()());
   EXPECT_TRUE(r.agrees());
   // They come closer as the model's step becomes shorter.
-  EXPECT_LT(r.half.position, 0.8 * r.whole.position);
+  const Apart &half = r.compared.half, &whole = r.compared.whole, &limit = r.compared.limit;
+  EXPECT_LT(half.position, 0.8 * whole.position);
   const Case c = GetParam()();
   expect_row_on_the_page(std::string(c.name) + ':',
-                         {c.until, r.half.position / kMilli, r.limit.position / kMilli, r.half.angle / kMilli,
-                          r.limit.angle / kMilli, r.whole.position / kMilli});
+                         {c.until, half.position / kMilli, limit.position / kMilli, half.angle / kMilli,
+                          limit.angle / kMilli, whole.position / kMilli});
 }
 
 TEST_P(EarlyMotion, ASmallChangeIsSeen) {
-  const Comparison r = compare(GetParam()());
+  const Both r = both(GetParam()());
   for (const Change& change : kChanges) {
     if (change.of != GetParam()) continue;
     Case c = GetParam()();
     change.change(c.scenario);
-    EXPECT_FALSE(r.within(apart(by_model(c, 2e-5), r.simbody))) << change.name;
+    EXPECT_FALSE(multibody::farthest(by_model(c, kHalf.step), r.films.engine_half).within(r.compared.limit))
+        << change.name;
   }
 }
 
@@ -333,26 +314,26 @@ TEST(SpatialSecondOpinion, TheCasesAreWhatTheyAreSaidToBe) {
 }
 
 TEST(SpatialSecondOpinion, SeesTheWrongSignOfTheGyroscopicMoment) {
-  const Comparison r = compare(one_car(), SpatialFault::gyroscopic_sign);
-  EXPECT_FALSE(r.within(r.half));
-  EXPECT_GT(r.half.position, 0.1);
-  expect_row_on_the_page("gyroscopic moment", {r.half.position, r.half.angle});
+  const Both r = both(one_car(), Fault::gyroscopic_sign);
+  EXPECT_FALSE(r.compared.agrees());
+  EXPECT_GT(r.compared.half.position, 0.1);
+  expect_row_on_the_page("gyroscopic moment", {r.compared.half.position, r.compared.half.angle});
 }
 
 TEST(SpatialSecondOpinion, SeesACentreOfMassOnTheWrongSideOfTheRail) {
-  const Comparison r = compare(one_car(), SpatialFault::centre_below_rail);
-  EXPECT_FALSE(r.within(r.half));
-  EXPECT_GT(r.half.angle, 1.0);
-  expect_row_on_the_page("centre of mass on the wrong side", {r.half.position, r.half.angle});
+  const Both r = both(one_car(), Fault::centre_below_rail);
+  EXPECT_FALSE(r.compared.agrees());
+  EXPECT_GT(r.compared.half.angle, 1.0);
+  expect_row_on_the_page("centre of mass on the wrong side", {r.compared.half.position, r.compared.half.angle});
 }
 
 TEST(SpatialSecondOpinion, SeesThatTheRollStopIsMissing) {
-  const Comparison r = compare(three_cars(), SpatialFault::no_roll_stop);
-  EXPECT_FALSE(r.within(r.half));
+  const Both r = both(three_cars(), Fault::no_roll_stop);
+  EXPECT_FALSE(r.compared.agrees());
   // It is the roll stop that takes the second car along.
-  EXPECT_LT(upright(r.model, 1), 0.0);
-  EXPECT_GT(upright(r.simbody, 1), 0.5);
-  expect_row_on_the_page("roll stop left out", {r.half.position, r.half.angle});
+  EXPECT_LT(upright(r.films.model_half, 1), 0.0);
+  EXPECT_GT(upright(r.films.engine_half, 1), 0.5);
+  expect_row_on_the_page("roll stop left out", {r.compared.half.position, r.compared.half.angle});
 }
 
 // Later, as ensembles
@@ -380,7 +361,7 @@ struct Fates {
   std::vector<double> together;             // how alike their sides point: 1 if neither has rolled against the other
   std::vector<double> aside;                // of the first car [m]
   void add(const Film& film) {
-    const std::vector<FreeMotion>& end = film.back();
+    const std::vector<BodyMotion>& end = film.back().cars;
     first_up.push_back(upright(film, 0));
     second_up.push_back(upright(film, 1));
     together.push_back(end[0].axes.col(1).dot(end[1].axes.col(1)));
@@ -397,10 +378,12 @@ double chance(const Fates& model, const Fates& simbody) {
 TEST(SpatialSecondOpinion, ManyEndAlikeButNotWithoutARollStop) {
   constexpr unsigned kRuns = 10;
   Fates model, simbody, loose;
+  const multibody::EngineOptions usual;
+  const multibody::Steps rough{1e-3, 1e-4, usual.settle_time};
   for (unsigned i = 0; i < kRuns; ++i) {
-    model.add(by_model(thrown(i), 1e-3));
-    simbody.add(by_simbody(thrown(1000 + i), {1e-4, 5e-4}));
-    loose.add(by_simbody(thrown(2000 + i), {1e-4, 5e-4, SpatialFault::no_roll_stop}));
+    model.add(by_model(thrown(i), rough.step));
+    simbody.add(by_simbody(thrown(1000 + i), rough));
+    loose.add(by_simbody(thrown(2000 + i), rough, Fault::no_roll_stop));
   }
   const double same = chance(model, simbody), other = chance(model, loose);
   std::printf("two cars, %u runs: by chance with probability %.2g, without a roll stop %.2g\n", kRuns, same, other);
@@ -412,58 +395,147 @@ TEST(SpatialSecondOpinion, ManyEndAlikeButNotWithoutARollStop) {
   expect_numbers_on_the_page(text.substr(begin, text.find("\n\n", begin) - begin), {same, other});
 }
 
-TEST(SpatialSecondOpinion, RefusesWhatItHasNot) {
-  Case c = one_car();
-  const auto start = [&c] { by_simbody({c.name, c.scenario, c.start, 0.0}, {}); };
-  EXPECT_NO_THROW(start());
-  c.scenario.contact.law = inputs::ContactLaw::elastic;
-  EXPECT_THROW(start(), std::invalid_argument);
-  c = one_car();
-  c.scenario.brakes.force = 0.05;
-  EXPECT_THROW(start(), std::invalid_argument);
-  c = one_car();
-  c.scenario.track.grades = {{-100.0, 200.0, 0.01}};
-  EXPECT_THROW(start(), std::invalid_argument);
-  c = one_car();
-  c.scenario.terrain.sections.resize(1);
-  c.scenario.terrain.sections[0].length = 50.0;
-  EXPECT_THROW(start(), std::invalid_argument);
-  c = one_car();
-  c.scenario.terrain.bank_left = c.scenario.terrain.bank_right = 0.0;
-  c.scenario.terrain.grid.rows = {{"-1 -1"}, {"-1 -1"}};
-  EXPECT_THROW(start(), std::invalid_argument);
-  c = one_car();
-  c.scenario.track.curves = {{-100.0, 200.0, 1e-3, 0.1}};
-  EXPECT_THROW(start(), std::invalid_argument);
-  const auto expect_refused = [](const std::string& key, const auto& change) {
-    Case changed = one_car();
-    change(changed.scenario);
-    try {
-      by_simbody({changed.name, changed.scenario, changed.start, 0.0}, {});
-      FAIL() << key;
-    } catch (const std::invalid_argument& e) {
-      EXPECT_NE(std::string(e.what()).find(key), std::string::npos) << e.what();
-    }
-  };
-  expect_refused("shape", [](auto& s) { s.consist[0].shape = inputs::BodyShape::cylinder; });
-  expect_refused("ground.load_exponent", [](auto& s) { s.ground.load_exponent = 0.7; });
-  expect_refused("rails.load_exponent", [](auto& s) { s.rails.load_exponent = 0.7; });
-  expect_refused("initial.mechanism", [](auto& s) { s.initial.mechanism = inputs::Mechanism::bad_track; });
-  expect_refused("ties.law", [](auto& s) { s.ties.law = inputs::TieLaw::guided; });
-  expect_refused("traction", [](auto& s) { s.traction.law = inputs::TractionLaw::steady; });
-  c = one_car();
-  c.start.clear();
-  EXPECT_THROW(start(), std::invalid_argument);
+/// A key that asks for a part which the engine has not.
+struct Refused {
+  const char* key;
+  const char* value;
+  void (*ask)(inputs::Scenario&);
+};
+const Refused kRefused[] = {
+    {"consist[0].shape", "cylinder", [](auto& s) { s.consist[0].shape = inputs::BodyShape::cylinder; }},
+    {"contact.law", "elastic", [](auto& s) { s.contact.law = inputs::ContactLaw::elastic; }},
+    {"brakes.force", "0.05", [](auto& s) { s.brakes.force = 0.05; }},
+    {"brakes.rolling_resistance", "0.002", [](auto& s) { s.brakes.rolling_resistance = 0.002; }},
+    {"traction.law", "steady", [](auto& s) { s.traction.law = inputs::TractionLaw::steady; }},
+    {"ties.law", "guided", [](auto& s) { s.ties.law = inputs::TieLaw::guided; }},
+    {"rails.derail_ratio", "0.9", [](auto& s) { s.rails.derail_ratio = 0.9; }},
+    {"rails.flange_height", "0.03", [](auto& s) { s.rails.flange_height = 0.03; }},
+    {"rails.torn_length", "1.5", [](auto& s) { s.rails.torn_length = 1.5; }},
+    {"rails.load_exponent", "0.7", [](auto& s) { s.rails.load_exponent = 0.7; }},
+    {"ground.load_exponent", "0.7", [](auto& s) { s.ground.load_exponent = 0.7; }},
+    {"track.curves", "1 item",
+     [](auto& s) {
+       s.track.curves = {{-100.0, 200.0, 1e-3, 0.1}};
+     }},
+    {"track.grade", "0.01", [](auto& s) { s.track.grade = 0.01; }},
+    {"track.grades", "1 item",
+     [](auto& s) {
+       s.track.grades = {{-100.0, 200.0, 0.01}};
+     }},
+    {"terrain.sections", "1 item", [](auto& s) { s.terrain.sections.resize(1); }},
+    {"terrain.grid.rows", "2 items",
+     [](auto& s) {
+       s.terrain.grid.rows = {{"-1 -1"}, {"-1 -1"}};
+     }},
+    {"ground.patches", "1 item", [](auto& s) { s.ground.patches.resize(1); }},
+    {"initial.mechanism", "bad_track", [](auto& s) { s.initial.mechanism = inputs::Mechanism::bad_track; }},
+    {"initial.truck", "rear", [](auto& s) { s.initial.truck = inputs::FirstTruck::rear; }},
+    {"initial.cars_ahead", "1", [](auto& s) { s.initial.cars_ahead = 1; }},
+    {"initial.perturbation.kick", "0.3", [](auto& s) { s.initial.perturbation.kick = 0.3; }},
+    {"initial.perturbation.alignment", "0.01", [](auto& s) { s.initial.perturbation.alignment = 0.01; }},
+};
+
+/// What is said of the scenario, which is refused.
+std::string refusal(const inputs::Scenario& s) {
+  try {
+    multibody::require_parts(s, "train.yaml");
+  } catch (const inputs::InputError& e) {
+    return e.what();
+  }
+  return "not refused";
 }
 
-TEST(SpatialSecondOpinion, VerifySaysThatItHasNoSuchModel) {
-  try {
-    multibody::verify(one_car().scenario, {}, [](double, const std::string&) {});
-    FAIL() << "not refused";
-  } catch (const inputs::InputError& e) {
-    EXPECT_EQ(e.key(), "model");
-    EXPECT_NE(std::string(e.what()).find("model = 'spatial'"), std::string::npos) << e.what();
+TEST(SpatialSecondOpinion, RefusesWhatItHasNotAndNamesAllOfIt) {
+  EXPECT_NO_THROW(multibody::require_parts(one_car().scenario));
+  inputs::Scenario all = one_car().scenario;
+  for (const Refused& r : kRefused) {
+    inputs::Scenario s = one_car().scenario;
+    r.ask(s);
+    r.ask(all);
+    EXPECT_EQ(refusal(s).rfind(std::string("train.yaml: ") + r.key + " = '" + r.value + "': ", 0), 0U)
+        << r.key << ": " << refusal(s);
+    EXPECT_NE(refusal(s).find("; allowed: "), std::string::npos) << refusal(s);
   }
+  const std::string said = refusal(all);
+  for (const Refused& r : kRefused)
+    EXPECT_NE(said.find(std::string("\n  train.yaml: ") + r.key + " = '" + r.value + "'"), std::string::npos) << said;
+  Case c = one_car();
+  c.start.clear();
+  EXPECT_THROW(by_simbody(c, {}), std::invalid_argument);
+}
+
+// derail verify
+
+inputs::Scenario shipped() { return inputs::read_scenario_file(TRAIN_DERAIL_SOURCE_DIR "/config/verify3d.yaml"); }
+
+/// The whole train of the scenario that is shipped, with a mistake in Simbody's forces.
+multibody::PairOfRuns followed(Fault fault, double judged) {
+  multibody::VerifyOptions options;
+  options.fault = fault;
+  return multibody::follow(shipped(), options, judged + 0.005, judged);
+}
+
+TEST(VerifyInSpace, FollowsTheShippedTrainAndSeesMistakes) {
+  const multibody::PairOfRuns right = followed(Fault::none, 1.0);
+  EXPECT_EQ(right.verdict, multibody::Verdict::agrees);
+  EXPECT_NEAR(right.worst.time, 1.0, 1e-9) << "the limit is worth it all the time";
+  EXPECT_LT(right.worst.position, 5e-5);
+  EXPECT_GT(right.worst.force_peak, 1e5) << "couplers have been loaded";
+  EXPECT_LT(right.force_share, 1e-3);
+  EXPECT_EQ(right.purpose_built.cars_derailed, right.multibody.cars_derailed);
+  const multibody::PairOfRuns wrong = followed(Fault::centre_below_rail, 0.3);
+  EXPECT_EQ(wrong.verdict, multibody::Verdict::differs);
+  EXPECT_GT(wrong.worst.position, 10.0 * wrong.worst.position_allowed);
+}
+
+// What both make of a motion, number by number: the same car, thrown down the bank until it lies.
+TEST(VerifyInSpace, BothCountAlike) {
+  inputs::Scenario s = shipped();
+  s.consist[0].count = 1;
+  s.initial.yaw_rate = 0.2;
+  s.solver.fixed_step = 1e-4;
+  s.stop.time_max = 30.0;
+  simulation::Simulation model(s);
+  multibody::Engine engine(s, {1e-6, false, Fault::none, 1e-4});
+  model.run();
+  engine.run();
+  const outcome::Outcome a = model.outcome(), b = engine.outcome();
+  EXPECT_EQ(a.ended, b.ended);
+  EXPECT_EQ(a.posture.cars(), 1);
+  for (const std::string& name : multibody::judged_quantities(inputs::Model::spatial)) {
+    const double here = outcome::find_quantity(name)->value(a), there = outcome::find_quantity(name)->value(b);
+    EXPECT_NEAR(there, here, 0.02 * std::abs(here)) << name;
+  }
+  EXPECT_TRUE(std::isnan(b.energy.kinetic_translation)) << "no ledger is kept";
+}
+
+class VerifyInSpaceCommand : public test::Folder {
+ protected:
+  test::Result verify(const std::string& arguments) { return test::derail("verify " + arguments); }
+};
+
+TEST_F(VerifyInSpaceCommand, VerifiesTheShippedScenario) {
+  const std::string out = (folder_ / "v").string();
+  const test::Result r =
+      verify(TRAIN_DERAIL_SOURCE_DIR "/config/verify3d.yaml --runs 2 --set stop.time_max=1.0 --out " + out);
+  ASSERT_EQ(r.code, 0) << r.out;
+  EXPECT_NE(r.out.find("3 cars, the first 1.00 s, steps of 0.04 and 0.02 ms"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("cars on their side or over"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("Verdict: agrees, as far as judged"), std::string::npos) << r.out;
+  const std::string rows = test::text_of(folder_ / "v" / "differences.csv");
+  EXPECT_EQ(
+      rows.rfind("cars,time_s,position_m,angle_rad,force_N,force_peak_N,position_allowed_m,angle_allowed_rad\n", 0),
+      0U);
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 1 + 3 * 101);
+}
+
+TEST_F(VerifyInSpaceCommand, SaysWhatToLeaveOut) {
+  const std::string file = TRAIN_DERAIL_SOURCE_DIR "/config/accident3d.yaml";
+  const test::Result r = verify(file);
+  EXPECT_EQ(r.code, 2) << r.out;
+  for (const char* key :
+       {"contact.law = 'elastic'", "brakes.force = '0.052'", "rails.flange_height", "initial.cars_ahead = '12'"})
+    EXPECT_NE(r.out.find(file + ": " + key), std::string::npos) << key << r.out;
 }
 
 }  // namespace

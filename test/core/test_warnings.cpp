@@ -79,6 +79,7 @@ TEST(Warnings, ATypeOfCouplerThatAKeyDefeatsNamesBoth) {
            "there a rotary coupler is what it is";
   };
   EXPECT_EQ(said(shipped("accident3d.yaml")), Texts{});
+  EXPECT_EQ(said(shipped("verify3d.yaml")), Texts{});
   EXPECT_EQ(said(shipped("accident3d.yaml", {{"coupler.type", "rotary"}})), Texts{text("coupler.type")});
   EXPECT_EQ(said(shipped("accident3d.yaml", {{"consist[1].coupler_type", "rotary"}})),
             Texts{text("consist[1].coupler_type")});

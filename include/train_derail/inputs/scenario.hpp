@@ -430,8 +430,12 @@ struct Scenario {
   std::vector<std::string> assumptions;
 };
 
-/// Returns the key of a part beyond the paper's model that is switched on, or "" if there is none.
-std::string first_part_beyond_the_paper(const Scenario& scenario);
+/// A part that is switched on: the key that does so, and its value.
+struct PartOn {
+  std::string key, value;
+};
+/// Returns all parts beyond the paper's model that are switched on.
+std::vector<PartOn> parts_beyond_the_paper(const Scenario& scenario);
 
 /// The model that the scenario asks for: Model::paper, Model::extended or Model::spatial.
 Model model_of(const Scenario& scenario);

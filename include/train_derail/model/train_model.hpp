@@ -7,6 +7,7 @@
 
 #include "train_derail/eigen_types.hpp"
 #include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/attitude.hpp"
 #include "train_derail/model/energy_ledger.hpp"
 #include "train_derail/model/footprint.hpp"
 #include "train_derail/model/incidents.hpp"
@@ -35,13 +36,6 @@ struct CarMotion {
   Vector2 side() const { return {-axis.y(), axis.x()}; }
   /// The point of the axis that lies `offset` ahead of the centre [m].
   PointMotion point(double offset) const { return {centre + offset * axis, velocity + offset * omega * side()}; }
-};
-
-/// How a car stands, in models of space.
-struct Attitude {
-  double tilt = 0.0;    ///< angle between the car's own vertical axis and the vertical, 0 to pi [rad]
-  double height = 0.0;  ///< of the middle of its body above the top of the rails [m]
-  double lowest = 0.0;  ///< of the lowest corner of its body above the top of the rails [m]
 };
 
 /// Everybody but the models takes a state vector as it is, and learns what is in it by observe() and plan(). Cars and

@@ -1,5 +1,6 @@
 /// \file
-/// Verification: compares the purpose-built model with the multibody engine and gives a verdict (docs/verification.md).
+/// Verification: compares the purpose-built model, the paper's or the one in three dimensions, with the multibody
+/// engine and gives a verdict (docs/verification.md).
 #pragma once
 
 #include <atomic>
@@ -16,28 +17,44 @@ namespace train_derail::multibody {
 
 /// Limits within which the two engines agree. They are printed with the verdict.
 struct Criteria {
-  double early = 0.3;            ///< first part of the run, in which the motion is not chaotic yet [s]
-  double position = 1e-3;        ///< in that part: largest difference of a car's position [m]
-  double force = 0.01;           ///< in that part: largest difference of a coupler force over the largest force so far
-  double force_least = 1e3;      ///< the force that it is divided by is at least this [N]
-  double short_position = 1e-2;  ///< trains of 1, 2 and 3 cars: largest difference of position in the whole run [m]
-  double short_relative =
-      0.01;             ///< the same: relative difference of closing speed, relative speed, peak force, stop time
-  double alpha = 0.01;  ///< ensembles: level of all tests together, the probability of a false alarm
-  double power = 0.8;   ///< probability with which the detectable difference is found
-  int runs_least = 8;   ///< with fewer runs of an engine there is no verdict
+  double early = 0.3;           ///< first part of the run, in which the motion is not chaotic yet, at least [s]
+  double early_in_space = 2.0;  ///< space: the same, at most; as long as `worth` allows [s]
+  double position = 1e-3;       ///< plane, in that part: largest difference of a car's position [m]
+  double force = 0.01;          ///< plane, in that part: difference of a coupler force over the largest force so far
+  double force_least = 1e3;     ///< the force that it is divided by is at least this [N]
+  double worth = 1e-3;  ///< space: the comparison says something while halving the steps allows less than this [m, rad]
+  double least = 1e-4;  ///< space, in the first part: what halving allows, or this if it is more [m, rad]
+  double short_position = 1e-2;  ///< trains of 1, 2 and 3 cars: largest difference of a car's position [m]
+  double short_angle = 1e-2;     ///< space, the same: angle of a car [rad]
+  double short_relative = 0.01;  ///< relative difference of speeds, peak force, stop time, in runs judged to their end
+  double alpha = 0.01;           ///< ensembles: level of all tests together, the probability of a false alarm
+  double power = 0.8;            ///< probability with which the detectable difference is found
+  int runs_least = 8;            ///< with fewer runs of an engine there is no verdict
+};
+
+/// How finely runs in space are computed that are compared at each time.
+struct Steps {
+  double step = 4e-5;         ///< of the purpose-built model [s]
+  double accuracy = 1e-6;     ///< EngineOptions::accuracy of the multibody engine
+  double settle_time = 1e-4;  ///< EngineOptions::settle_time of it [s]
+
+  /// Half the step and the time, a tenth of the tolerance.
+  Steps halved() const { return {0.5 * step, 0.1 * accuracy, 0.5 * settle_time}; }
 };
 
 /// Options of a verification.
 struct VerifyOptions {
-  int runs = 40;              ///< runs of each engine in the ensemble
-  int jobs = 0;               ///< threads for the ensembles; 0: one for each core
-  double accuracy = 1e-11;    ///< tolerance, relative and absolute, of the runs that are compared at each time
-  double follow = 8.0;        ///< simulated time for which the whole train is compared at each time [s]
-  double spacing = 3e-3;      ///< initial.perturbation.spacing of the ensembles [m]
-  double yaw_rate = 1e-3;     ///< initial.perturbation.yaw_rate of the ensembles [-]
-  Criteria criteria;          ///< limits
-  Fault fault = Fault::none;  ///< mistake in the multibody engine; for tests
+  int runs = 40;            ///< runs of each engine in the ensemble
+  int jobs = 0;             ///< threads for the ensembles; 0: one for each core
+  double accuracy = 1e-11;  ///< plane: tolerance, relative and absolute, of the runs that are compared at each time
+  Steps whole;              ///< space: the same runs with steps a whole; a half is Steps::halved()
+  double follow = 8.0;      ///< simulated time for which the whole train is compared at each time [s]
+  double spacing = 3e-3;    ///< initial.perturbation.spacing of the ensembles [m]
+  double yaw_rate = 1e-3;   ///< plane: initial.perturbation.yaw_rate of the ensembles [-]
+  double yaw_rate_in_space = 0.1;   ///< space: the same; short trains are less chaotic [-]
+  std::string source = "scenario";  ///< name of the scenario in errors: its file
+  Criteria criteria;                ///< limits
+  Fault fault = Fault::none;        ///< mistake in the multibody engine; for tests
 };
 
 /// Result of a comparison.
@@ -47,21 +64,24 @@ const char* to_string(Verdict verdict);
 
 /// Largest differences between the two engines at one time.
 struct Difference {
-  double time;        ///< simulated time [s]
-  double position;    ///< distance of a car's centres of mass [m]
-  double heading;     ///< difference of a car's headings [rad]
-  double force;       ///< difference of a coupler's force, axial or lateral [N]
-  double force_peak;  ///< largest force of any coupler so far, in the purpose-built model [N]
+  double time;                             ///< simulated time [s]
+  double position;                         ///< distance of a car's centres of mass [m]
+  double angle;                            ///< by which a car is turned against its twin [rad]
+  double force;                            ///< difference of a coupler's force, axial or (plane) lateral [N]
+  double force_peak;                       ///< largest force of any coupler so far, in the purpose-built model [N]
+  double position_allowed, angle_allowed;  ///< up to this time; infinite: not judged [m, rad]
 };
 
-/// One train, computed by both engines from the same start at a tight tolerance.
+/// One train, computed by both engines from the same start at a tight tolerance. In space differences are those of the
+/// runs with half the step.
 struct PairOfRuns {
   int cars = 0;                         ///< cars of the train
   std::vector<Difference> differences;  ///< in the order of time
   Difference worst{};        ///< largest of each over the judged part of the run; `time` is the length of that part
+  bool to_the_end = false;   ///< that part is the whole run, and outcomes are judged too
   double force_share = 0.0;  ///< largest difference of a force in that part, over the largest force so far [-]
   double relative = 0.0;     ///< whole runs: largest relative difference of speeds, peak force and stop time [-]
-  bool counts_equal = true;  ///< whole runs: same counts of cars past the point of derailment and off the track
+  bool counts_equal = true;  ///< whole runs: same counts of cars past the point of derailment, off the track, over
   outcome::Outcome purpose_built,         ///< outcome of the purpose-built model
       multibody;                          ///< outcome of the multibody engine
   Verdict verdict = Verdict::not_judged;  ///< whether they agree
@@ -107,14 +127,17 @@ struct Verification {
 /// Verifies a scenario.
 /// \param on_progress  called as on_progress(done, what) with done in [0, 1], from any thread, one call at a time.
 /// \param stop         once it is set, verify() returns soon; the result must not be used then.
-/// Throws inputs::InputError if the scenario cannot be verified, also if stop.time_max is less than criteria.early;
-/// throws std::runtime_error if this build has no engine.
+/// Throws inputs::InputError, which calls the scenario options.source, if it cannot be verified, also if stop.time_max
+/// is less than criteria.early; throws std::runtime_error if this build has no engine.
 Verification verify(const inputs::Scenario& scenario, const VerifyOptions& options,
                     const std::function<void(double, const std::string&)>& on_progress,
                     const std::atomic<bool>* stop = nullptr);
 
+/// What ensembles are compared in: names of quantities (outcome::quantities()) of that model.
+const std::vector<std::string>& judged_quantities(inputs::Model model);
+
 /// Computes one train by both engines and compares them at each time, for at most `follow` seconds. The first `judged`
-/// seconds decide the verdict.
+/// seconds decide the verdict; in space only as long as the limit is worth it (Criteria::worth).
 PairOfRuns follow(const inputs::Scenario& scenario, const VerifyOptions& options, double follow, double judged,
                   const std::atomic<bool>* stop = nullptr);
 

@@ -4,8 +4,8 @@
 
 #include <vector>
 
+#include "train_derail/model/attitude.hpp"
 #include "train_derail/model/footprint.hpp"
-#include "train_derail/model/train_model.hpp"
 #include "train_derail/outcome/outcome.hpp"
 
 namespace train_derail::outcome {

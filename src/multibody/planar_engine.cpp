@@ -1,19 +1,16 @@
 /// \file
-/// The multibody engine. It was written from the free-body diagrams (paper, figures 1 to 4; docs/model.md, sections 2
-/// and 3), not from src/model, so that the two do not share mistakes.
-#include "multibody/engine_run.hpp"
+/// The multibody engine in the plane. It was written from the free-body diagrams (paper, figures 1 to 4; docs/model.md,
+/// sections 2 and 3), not from src/model, so that the two do not share mistakes.
+#include "multibody/planar_engine.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <random>
 
 #include <Simbody.h>
-#include <fmt/format.h>
+#include <Eigen/Geometry>
 
-#include "multibody/observer.hpp"
-#include "train_derail/inputs/reader.hpp"
-#include "train_derail/model/train.hpp"
+#include "multibody/simbody_run.hpp"
+#include "multibody/start.hpp"
 
 namespace train_derail::multibody {
 
@@ -227,253 +224,158 @@ class Crossing final : public SimTK::TriggeredEventHandler {
   const std::vector<SimTK::Constraint> rails_;
 };
 
-inputs::Scenario checked(const inputs::Scenario& scenario) {
-  inputs::validate(scenario);
-  return scenario;
-}
-
-struct SimbodySystem {
-  SimbodySystem(const inputs::Scenario& s, const EngineOptions& o)
-      : scenario(checked(s)),
-        train(model::expand(scenario.consist)),
-        matter(system),
-        forces(system),
-        integrator(system),
-        stepper(system, integrator),
-        observer(train, scenario) {
-    forces.setNumberOfThreads(1);  // the runs are distributed over the cores, not the forces of one run
-    build(o);
-    start(o);
+class PlanarRun final : public SimbodyRun {
+ public:
+  PlanarRun(const inputs::Scenario& scenario, const EngineOptions& options) : SimbodyRun(scenario) {
+    build(options);
+    start(options);
   }
 
-  const inputs::Scenario scenario;
-  const std::vector<model::Car> train;
-  SimTK::MultibodySystem system;
-  SimTK::SimbodyMatterSubsystem matter;
-  SimTK::GeneralForceSubsystem forces;
-  std::vector<MobilizedBody::Planar> bodies;
-  std::vector<const Bar*> bars;  // the force subsystem owns them
-  std::vector<SimTK::Constraint::Rod> rods;
-  const GroundForces* ground = nullptr;
-  std::vector<std::vector<SimTK::Constraint>> rails;  // constraints of each car; on-track law guided
-  SimTK::RungeKuttaMersonIntegrator integrator;
-  SimTK::TimeStepper stepper;
-  Observer observer;
-  double energy_initial = 0.0;
-  std::int64_t next_sample = 0;
-  outcome::Ended ended = outcome::Ended::running;
-  std::string message;
-  double wall_time = 0.0;
+  std::vector<BodyMotion> cars() const override {
+    std::vector<BodyMotion> result;
+    for (const PlanMotion& m : from_above()) {
+      result.push_back({{m.x, m.y, 0.0},
+                        Eigen::AngleAxisd(m.theta, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                        {m.vx, m.vy, 0.0},
+                        {0.0, 0.0, m.omega}});
+    }
+    return result;
+  }
 
+  std::vector<CouplerForce> coupler_forces() const override {
+    system_.realize(state(), rods_.empty() ? Stage::Velocity : Stage::Acceleration);
+    std::vector<CouplerForce> result;
+    for (const Bar* bar : bars_) result.push_back(bar->force(state()));
+    for (std::size_t i = 0; i < rods_.size(); ++i) result[i].axial = -rods_[i].getRodTension(state());
+    return result;
+  }
+
+ private:
   void build(const EngineOptions& o) {
     const Fault fault = o.fault;
     std::vector<GroundForces::Truck> trucks;
-    for (std::size_t k = 0; k < train.size(); ++k) {
-      const model::Car& car = train[k];
+    for (std::size_t k = 0; k < train_.size(); ++k) {
+      const model::Car& car = train_[k];
       const double yaw = car.yaw_inertia * (fault == Fault::yaw_inertia ? 1.2 : 1.0);
       // In the plane only the inertia about the vertical axis matters. The others must be those of a possible body,
       // here of a flat one.
       const SimTK::MassProperties mass(car.mass, Vec3(0.0), SimTK::Inertia(0.5 * yaw, 0.5 * yaw, yaw));
-      bodies.emplace_back(matter.updGround(), SimTK::Body::Rigid(mass));
+      bodies_.emplace_back(matter_.updGround(), SimTK::Body::Rigid(mass));
       const double half_load = 0.5 * car.weight;
       if (fault != Fault::no_front_truck)
-        trucks.push_back({bodies[k], k, Vec3(0.5 * car.truck_spacing, 0.0, 0.0), half_load});
-      trucks.push_back({bodies[k], k, Vec3(-0.5 * car.truck_spacing, 0.0, 0.0), half_load});
-      rails.emplace_back();
-      if (k > 0 && scenario.ground.on_track_law == inputs::OnTrackLaw::guided) {
+        trucks.push_back({bodies_[k], k, Vec3(0.5 * car.truck_spacing, 0.0, 0.0), half_load});
+      trucks.push_back({bodies_[k], k, Vec3(-0.5 * car.truck_spacing, 0.0, 0.0), half_load});
+      rails_.emplace_back();
+      if (k > 0 && scenario_.ground.on_track_law == inputs::OnTrackLaw::guided) {
         for (const int q : {0, 2}) {  // heading and lateral position
-          rails[k].push_back(SimTK::Constraint::ConstantCoordinate(bodies[k], SimTK::MobilizerQIndex(q), 0.0));
+          rails_[k].push_back(SimTK::Constraint::ConstantCoordinate(bodies_[k], SimTK::MobilizerQIndex(q), 0.0));
         }
       }
     }
     const auto reach = [&](const model::Car& car) {
       return 0.5 * (fault == Fault::coupler_arm ? car.truck_spacing : car.length);
     };
-    for (std::size_t k = 1; k < train.size(); ++k) {
-      const Vec3 rear(-reach(train[k - 1]), 0.0, 0.0), front(reach(train[k]), 0.0, 0.0);
-      inputs::Coupler law = scenario.coupler;
+    for (std::size_t k = 1; k < train_.size(); ++k) {
+      const Vec3 rear(-reach(train_[k - 1]), 0.0, 0.0), front(reach(train_[k]), 0.0, 0.0);
+      inputs::Coupler law = scenario_.coupler;
       if (fault == Fault::coupler_arm) {  // moved so that the coupler is still without force at the start
         law.length +=
-            0.5 * (train[k - 1].length - train[k - 1].truck_spacing + train[k].length - train[k].truck_spacing);
+            0.5 * (train_[k - 1].length - train_[k - 1].truck_spacing + train_[k].length - train_[k].truck_spacing);
       }
-      auto bar = std::make_unique<Bar>(law, o.rods, fault == Fault::lateral_force_sign ? -1.0 : 1.0, bodies[k - 1],
-                                       rear, bodies[k], front);
-      bars.push_back(bar.get());
-      SimTK::Force::Custom(forces, bar.release());
-      if (o.rods) rods.emplace_back(bodies[k - 1], rear, bodies[k], front, law.length);
+      auto bar = std::make_unique<Bar>(law, o.rods, fault == Fault::lateral_force_sign ? -1.0 : 1.0, bodies_[k - 1],
+                                       rear, bodies_[k], front);
+      bars_.push_back(bar.get());
+      SimTK::Force::Custom(forces_, bar.release());
+      if (o.rods) rods_.emplace_back(bodies_[k - 1], rear, bodies_[k], front, law.length);
     }
-    inputs::Ground law = scenario.ground;
+    inputs::Ground law = scenario_.ground;
     if (fault == Fault::friction_swapped) std::swap(law.on_track_friction, law.off_track_friction);
-    auto friction = std::make_unique<GroundForces>(law, forces, train.size(), std::move(trucks));
-    ground = friction.get();
-    SimTK::Force::Custom(forces, friction.release());
-    for (std::size_t k = 0; k < train.size(); ++k) {
-      system.addEventHandler(new Crossing(bodies[k], k, *ground, rails[k]));
+    auto friction = std::make_unique<GroundForces>(law, forces_, train_.size(), std::move(trucks));
+    ground_ = friction.get();
+    SimTK::Force::Custom(forces_, friction.release());
+    for (std::size_t k = 0; k < train_.size(); ++k) {
+      system_.addEventHandler(new Crossing(bodies_[k], k, *ground_, rails_[k]));
     }
   }
 
   void start(const EngineOptions& o) {
-    State state = system.realizeTopology();
-    ground->set_weights(state);
-    // Random numbers of this engine's own, so that the ensembles of the two engines share none.
-    const inputs::Perturbation& jitter = scenario.initial.perturbation;
-    std::seed_seq seeds{static_cast<std::uint32_t>(jitter.seed), static_cast<std::uint32_t>(jitter.seed >> 32),
-                        0x51b0d1u};
-    std::mt19937_64 engine(seeds);
-    const auto normal = [&engine] {  // Box and Muller's method: the same with every standard library
-      const auto uniform = [&engine] { return (static_cast<double>(engine() >> 11U) + 0.5) * 0x1.0p-53; };
-      const double radius = std::sqrt(-2.0 * std::log(uniform()));
-      return radius * std::cos(6.283185307179586 * uniform());
-    };
-    const double omega = scenario.initial.yaw_rate * (1.0 + jitter.yaw_rate * normal());
-    double mid_slack = 0.0;
-    for (std::size_t k = 0; k < train.size(); ++k) {
-      if (k > 0) mid_slack -= 0.5 * (train[k - 1].length + train[k].length) + scenario.coupler.length;
-      const double x = mid_slack - (k > 0 ? jitter.spacing * std::abs(normal()) : 0.0);
-      bodies[k].setQ(state, Vec3(0.0, x, 0.0));
-      bodies[k].setU(state, Vec3(k == 0 ? omega : 0.0, scenario.initial.speed, 0.0));
-      if (x >= 0.0) ground->set_past(state, k);
+    State state = system_.realizeTopology();
+    ground_->set_weights(state);
+    const Start drawn = drawn_start(scenario_, train_);
+    for (std::size_t k = 0; k < train_.size(); ++k) {
+      bodies_[k].setQ(state, Vec3(0.0, drawn.x[k], 0.0));
+      bodies_[k].setU(state, Vec3(k == 0 ? drawn.yaw_rate : 0.0, scenario_.initial.speed, 0.0));
+      if (drawn.x[k] >= 0.0) ground_->set_past(state, k);
     }
-    integrator.setAccuracy(o.accuracy > 0.0 ? o.accuracy : scenario.solver.rtol);
-    integrator.setReturnEveryInternalStep(true);
-    stepper.setReportAllSignificantStates(true);
-    stepper.initialize(state);
-    energy_initial = energy().total();
+    begin(state, o.accuracy > 0.0 ? o.accuracy : scenario_.solver.rtol);
+    energy_initial_ = energy().total();
     follow();
   }
 
-  const State& state() const { return stepper.getState(); }
-  double time() const { return state().getTime(); }
-
-  std::vector<BodyMotion> motion() const {
-    std::vector<BodyMotion> cars;
-    for (const MobilizedBody::Planar& body : bodies) {
+  std::vector<PlanMotion> from_above() const override {
+    std::vector<PlanMotion> cars;
+    for (const MobilizedBody::Planar& body : bodies_) {
       const Vec3 &q = body.getQ(state()), &u = body.getU(state());
       cars.push_back({q[1], q[2], q[0], u[1], u[2], u[0]});
     }
     return cars;
   }
 
-  void follow() {
-    system.realize(state(), Stage::Velocity);
+  void follow() override {
+    system_.realize(state(), Stage::Velocity);
     std::vector<Gap> gaps;
-    for (const Bar* bar : bars) gaps.push_back(bar->gap(state()));
-    observer.follow(time(), gaps);
-  }
-
-  /// Takes a sample if one is due at the time that was reached.
-  void sample() {
-    const double due = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
-    if (time() < due) return;
-    ++next_sample;
-    observer.sample(due, motion());
-    if (observer.at_rest()) ended = outcome::Ended::at_rest;
-  }
-
-  void advance(double target, const std::atomic<bool>* stop, std::chrono::steady_clock::time_point started) {
-    target = std::min(target, scenario.stop.time_max);
-    sample();
-    while (ended == outcome::Ended::running && time() < target) {
-      if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
-      const double due = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
-      try {
-        if (integrator.getNumStepsTaken() >= scenario.solver.steps_max) {
-          throw std::runtime_error(fmt::format("solver.steps_max = {} is reached", scenario.solver.steps_max));
-        }
-        if (wall_time + std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() >
-            scenario.solver.wall_time_max) {
-          throw std::runtime_error(fmt::format("solver.wall_time_max = {} s of computing are used up at t = {:.4g} s",
-                                               scenario.solver.wall_time_max, time()));
-        }
-        stepper.stepTo(std::min(due, target));
-        follow();
-      } catch (const std::exception& e) {
-        ended = outcome::Ended::integration_failed;
-        message = e.what();
-        return;
-      }
-      sample();
-    }
-    if (ended == outcome::Ended::running && time() >= scenario.stop.time_max) ended = outcome::Ended::time_max;
+    for (const Bar* bar : bars_) gaps.push_back(bar->gap(state()));
+    observer_.follow(time(), gaps);
   }
 
   model::EnergyLedger energy() const {
-    system.realize(state(), Stage::Velocity);
+    system_.realize(state(), Stage::Velocity);
     model::EnergyLedger e;
-    for (const MobilizedBody::Planar& body : bodies) {
+    for (const MobilizedBody::Planar& body : bodies_) {
       const SimTK::MassProperties& mass = body.getBodyMassProperties(state());
       const Vec3& u = body.getU(state());
       e.kinetic_rotation += 0.5 * mass.getInertia().getMoments()[2] * u[0] * u[0];
       e.kinetic_translation += 0.5 * mass.getMass() * (u[1] * u[1] + u[2] * u[2]);
     }
-    for (const Bar* bar : bars) {
+    for (const Bar* bar : bars_) {
       e.coupler_axial += bar->strain(state());
       e.coupler_swing += bar->stop_energy(state());
     }
-    e.work_on_track = ground->work(state(), false);
-    e.work_off_track = ground->work(state(), true);
+    e.work_on_track = ground_->work(state(), false);
+    e.work_off_track = ground_->work(state(), true);
     return e;
   }
-};
 
-class SimbodyRun final : public EngineRun {
- public:
-  SimbodyRun(const inputs::Scenario& scenario, const EngineOptions& options) : run_(scenario, options) {}
-
-  void advance(double t, const std::atomic<bool>* stop) override {
-    const auto start = std::chrono::steady_clock::now();
-    run_.advance(t, stop, start);
-    run_.wall_time += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-
-  double time() const override { return run_.time(); }
-  bool ended() const override { return run_.ended != outcome::Ended::running; }
-  std::vector<BodyMotion> cars() const override { return run_.motion(); }
-
-  std::vector<CouplerForce> coupler_forces() const override {
-    const State& state = run_.state();
-    run_.system.realize(state, run_.rods.empty() ? Stage::Velocity : Stage::Acceleration);
-    std::vector<CouplerForce> result;
-    for (const Bar* bar : run_.bars) result.push_back(bar->force(state));
-    for (std::size_t i = 0; i < run_.rods.size(); ++i) result[i].axial = -run_.rods[i].getRodTension(state);
-    return result;
-  }
-
-  outcome::Outcome outcome() const override {
-    outcome::Outcome o;
-    std::vector<char> past;
-    for (std::size_t k = 0; k < run_.train.size(); ++k) past.push_back(run_.ground->past(run_.state(), k) ? 1 : 0);
-    run_.observer.report(run_.motion(), past, o);
-    if (!run_.bars.empty()) {
+  void report(outcome::Outcome& o) const override {
+    Fates fates;
+    for (std::size_t k = 0; k < train_.size(); ++k) fates.past.push_back(ground_->past(state(), k) ? 1 : 0);
+    fates.derailed = fates.past;
+    observer_.report(observer_.footprints(from_above()), fates, o);
+    if (!bars_.empty()) {
       const auto peak = [](const Observer::Extreme& e, double force) {
         return force > 0.0 ? outcome::PeakForce{force, e.coupler, e.time} : outcome::PeakForce{};
       };
-      const Observer::Extreme &shortest = run_.observer.shortest(), &longest = run_.observer.longest();
-      o.coupler_buff_peak = peak(shortest, run_.bars.front()->push(shortest.length));
-      o.coupler_draft_peak = peak(longest, -run_.bars.front()->push(longest.length));
+      const Observer::Extreme &shortest = observer_.shortest(), &longest = observer_.longest();
+      o.coupler_buff_peak = peak(shortest, bars_.front()->push(shortest.length));
+      o.coupler_draft_peak = peak(longest, -bars_.front()->push(longest.length));
     }
-    o.stop_time = run_.time();
-    o.energy = run_.energy();
-    o.energy_initial = run_.energy_initial;
+    o.energy = energy();
+    o.energy_initial = energy_initial_;
     if (o.energy_initial > 0.0) o.energy_residual = std::abs(o.energy.total() - o.energy_initial) / o.energy_initial;
-    o.ended = run_.ended;
-    o.message = run_.message;
-    o.solver.steps = run_.integrator.getNumStepsTaken();
-    o.solver.rejected_steps = run_.integrator.getNumStepsAttempted() - run_.integrator.getNumStepsTaken();
-    o.solver.rhs_evaluations = run_.integrator.getNumRealizations();
-    o.wall_time = run_.wall_time;
-    return o;
   }
 
- private:
-  SimbodySystem run_;
+  std::vector<MobilizedBody::Planar> bodies_;
+  std::vector<const Bar*> bars_;  // the force subsystem owns them
+  std::vector<SimTK::Constraint::Rod> rods_;
+  const GroundForces* ground_ = nullptr;
+  std::vector<std::vector<SimTK::Constraint>> rails_;  // constraints of each car; on-track law guided
+  double energy_initial_ = 0.0;
 };
 
 }  // namespace
 
-}  // namespace train_derail::multibody
-
-extern "C" train_derail::multibody::EngineRun* train_derail_start_engine(
-    const train_derail::inputs::Scenario& scenario, const train_derail::multibody::EngineOptions& options) {
-  return new train_derail::multibody::SimbodyRun(scenario, options);
+std::unique_ptr<EngineRun> start_planar_engine(const inputs::Scenario& scenario, const EngineOptions& options) {
+  return std::make_unique<PlanarRun>(scenario, options);
 }
+
+}  // namespace train_derail::multibody

@@ -1,0 +1,89 @@
+/// \file
+/// What is between a car in space and the ground.
+#pragma once
+
+#include <array>
+#include <ostream>
+#include <vector>
+
+#include <Simbody.h>
+
+#include "train_derail/inputs/scenario.hpp"
+#include "train_derail/model/train.hpp"
+
+namespace train_derail::multibody {
+
+/// Where a truck is.
+enum class Stand : char { on_rails, off_rails, lost };
+
+/// Damping coefficient at which a mass on a spring just does not swing.
+double critical_damping(double stiffness, double mass);
+
+/// Springs and dampers under both sides of a car's trucks, rails sideways, and corners of its body on the ground.
+class Support final : public SimTK::Force::Custom::Implementation {
+ public:
+  /// Friction of a point that slides comes to its limit within `settle_time`. `lever_sign` -1: a mistake is put in.
+  Support(const inputs::Scenario& s, const model::Car& car, const SimTK::MobilizedBody& body,
+          const SimTK::GeneralForceSubsystem& forces, double settle_time, double lever_sign);
+
+  /// An error of a strain counts a hundredth of one of a place: it is forgotten within settle_time.
+  void set_weights(SimTK::State& state) const;
+
+  Stand stand(const SimTK::State& state, std::size_t truck) const { return stands(state).of[truck]; }
+  void set_stand(SimTK::State& state, std::size_t truck, Stand stand) const;
+  /// Positive while a truck off the rails stays with its body.
+  double holds_on(const SimTK::State& state, std::size_t truck) const;
+  double along_track(const SimTK::State& state, std::size_t truck) const;
+
+  void realizeTopology(SimTK::State& state) const override;
+  void calcForce(const SimTK::State& state, SimTK::Vector_<SimTK::SpatialVec>& forces, SimTK::Vector_<SimTK::Vec3>&,
+                 SimTK::Vector&) const override;
+  SimTK::Real calcPotentialEnergy(const SimTK::State&) const override { return 0.0; }
+  void realizeAcceleration(const SimTK::State& state) const override;
+
+ private:
+  static constexpr int kBody = -1;
+  struct Point {
+    int truck;  // or kBody
+    SimTK::Vec3 station;
+    double stiffness, damping;
+    double reach;  // how far below the station it is without load [m]
+  };
+  struct Stands {
+    std::array<Stand, 2> of{Stand::on_rails, Stand::on_rails};
+  };
+  friend std::ostream& operator<<(std::ostream& out, const Stands& s) {
+    return out << static_cast<int>(s.of[0]) << ' ' << static_cast<int>(s.of[1]);
+  }
+  struct Moving;
+  struct Pressing {
+    double push;  // along `up`; none below zero
+    SimTK::Vec3 up, velocity;
+  };
+  /// A point's force, and how fast friction strains the ground under it.
+  struct Touch {
+    SimTK::Vec3 force, strain_rate;
+  };
+
+  Moving moving(const SimTK::State& state) const;
+  const Stands& stands(const SimTK::State& state) const;
+  void pull_at(SimTK::SpatialVec& sum, const Moving& car, SimTK::Vec3 station, int truck,
+               const SimTK::Vec3& force) const;
+  Pressing pressing(const Moving& car, const Point& p, bool on_rails) const;
+  Touch touch(const Moving& car, const Stands& stands, const Point& p, const SimTK::Vec3& strain) const;
+  /// Coefficient of friction of a point that is pulled that way.
+  double friction(const Moving& car, const Point& p, const SimTK::Vec3& pull) const;
+
+  const inputs::Scenario& scenario_;
+  const SimTK::MobilizedBody body_;
+  const SimTK::GeneralForceSubsystem& forces_;
+  const double settle_time_, lever_sign_;
+  const double rail_damping_, ground_damping_;
+  std::vector<Point> points_;
+  std::vector<SimTK::Vec3> trucks_;  // middles at the top of the rails
+  mutable SimTK::DiscreteVariableIndex stands_;
+  mutable SimTK::ZIndex strains_;
+  mutable SimTK::CacheEntryIndex strain_rates_;  // found with the forces
+};
+
+}  // namespace train_derail::multibody
