@@ -53,7 +53,7 @@ class MissingInSpace {
     const inputs::Scenario& s = scenario_;
     refuse_if(s.contact.law != inputs::ContactLaw::none, "contact.law", "none");
     refuse_if(s.brakes.force != 0.0, "brakes.force", "0");
-    refuse_if(s.brakes.rolling_resistance != 0.0, "brakes.rolling_resistance", "0");
+    refuse_if(s.brakes.law != inputs::BrakeLaw::air, "brakes.law", "air");
     refuse_if(s.traction.law != inputs::TractionLaw::none, "traction.law", "none");
     refuse_if(s.ties.law != inputs::TieLaw::none, "ties.law", "none");
     refuse_if(s.rails.derail_ratio < kNeverByForce, "rails.derail_ratio", "at least 100, or .inf");
@@ -66,7 +66,6 @@ class MissingInSpace {
   void ground_and_track() {
     const inputs::Scenario& s = scenario_;
     refuse_items(s.track.curves.size(), "track.curves");
-    refuse_if(s.track.grade != 0.0, "track.grade", "0");
     refuse_items(s.track.grades.size(), "track.grades");
     refuse_items(s.terrain.sections.size(), "terrain.sections");
     refuse_items(s.terrain.grid.rows.size(), "terrain.grid.rows");

@@ -129,7 +129,7 @@ class SpatialRun final : public SimbodyRun {
       : SimbodyRun(s), past_(train_.size(), 0), parted_(train_.size() - 1, 0) {
     build(o);
     State state = system_.realizeTopology();
-    supports_.front()->set_weights(state);  // of all
+    for (const Support* support : supports_) support->set_weights(state);
     place(state, start != nullptr ? *start : in_line());
     let_go(state);
     begin(state, o.accuracy > 0.0 ? o.accuracy : kUsualAccuracy);
@@ -158,7 +158,9 @@ class SpatialRun final : public SimbodyRun {
 
  private:
   void build(const EngineOptions& o) {
-    SimTK::Force::Gravity(forces_, matter_, Vec3(0.0, 0.0, -inputs::kStandardGravity));
+    // A slope of the whole track pulls along it; heights stay those of a level one.
+    const double slope = std::sin(std::atan(scenario_.track.grade)), g = inputs::kStandardGravity;
+    SimTK::Force::Gravity(forces_, matter_, Vec3(-g * slope, 0.0, -g));
     for (const model::Car& car : train_) {
       // As of a bar: the same about the lateral and the vertical axis.
       const SimTK::MassProperties mass(car.mass, Vec3(0.0),

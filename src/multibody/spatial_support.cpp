@@ -76,11 +76,14 @@ Support::Support(const inputs::Scenario& s, const model::Car& car, const SimTK::
   }
 }
 
-void Support::set_weights(State& state) const { state.updZWeights(forces_.getMySubsystemIndex()) = 0.01; }
+void Support::set_weights(State& state) const {
+  SimTK::Vector& weights = state.updZWeights(forces_.getMySubsystemIndex());
+  for (std::size_t i = 0; i < 3 * points_.size(); ++i) weights[strains_ + static_cast<int>(i)] = 0.01;
+}
 
 void Support::realizeTopology(State& state) const {
   stands_ = forces_.allocateDiscreteVariable(state, Stage::Dynamics, new SimTK::Value<Stands>(Stands()));
-  const SimTK::Vector none(static_cast<int>(3 * points_.size()), 0.0);
+  const SimTK::Vector none(static_cast<int>(3 * points_.size() + trucks_.size()), 0.0);
   strains_ = forces_.allocateZ(state, none);
   strain_rates_ = forces_.allocateCacheEntry(state, Stage::Dynamics, new SimTK::Value<SimTK::Vector>(none));
 }
@@ -96,18 +99,23 @@ void Support::calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVec>& f
   const Real* strain = &forces_.getZ(state)[strains_];
   Real* rate = &SimTK::Value<SimTK::Vector>::updDowncast(forces_.updCacheEntry(state, strain_rates_)).upd()[0];
   SimTK::SpatialVec sum(Vec3(0.0), Vec3(0.0));
+  std::array<double, 2> loads{};  // of trucks
   for (const Point& p : points_) {
     const Touch t = touch(car, stand, p, Vec3(strain[0], strain[1], strain[2]));
     for (int c = 0; c < 3; ++c) rate[c] = t.strain_rate[c];
     strain += 3;
     rate += 3;
     pull_at(sum, car, p.station, p.truck, t.force);
+    if (p.truck != kBody) loads[static_cast<std::size_t>(p.truck)] += t.force[2];
   }
   for (std::size_t i = 0; i < trucks_.size(); ++i) {
+    rate[i] = -strain[i] / settle_time_;
     if (stand.of[i] != Stand::on_rails) continue;
-    const double held =
-        -scenario_.rails.stiffness * car.place(trucks_[i])[1] - rail_damping_ * car.velocity(trucks_[i])[1];
-    pull_at(sum, car, trucks_[i], static_cast<int>(i), Vec3(0.0, held, 0.0));
+    const Vec3 place = car.place(trucks_[i]), velocity = car.velocity(trucks_[i]);
+    const double held = -scenario_.rails.stiffness * place[1] - rail_damping_ * velocity[1];
+    const Drag along = drag(velocity[0], loads[i], strain[i]);
+    rate[i] = along.strain_rate;
+    pull_at(sum, car, trucks_[i], static_cast<int>(i), Vec3(along.force, held, 0.0));
   }
   forces[body_.getMobilizedBodyIndex()] += sum;
 }
@@ -158,7 +166,7 @@ Support::Touch Support::touch(const Moving& car, const Stands& stands, const Poi
   const Pressing press = pressing(car, p, stand == Stand::on_rails);
   if (press.push <= 0.0) return t;
   t.force = press.push * press.up;
-  if (stand == Stand::on_rails) return t;  // brakes are not part of this engine
+  if (stand == Stand::on_rails) return t;  // see drag()
   const double load = t.force.norm();
   const Vec3 normal = press.up / press.up.norm();
   const Vec3 slip = press.velocity - SimTK::dot(press.velocity, normal) * normal;
@@ -175,6 +183,14 @@ Support::Touch Support::touch(const Moving& car, const Stands& stands, const Poi
     t.strain_rate = (-rub / stiffness - strain) / settle_time_;
   }
   return t;
+}
+
+Support::Drag Support::drag(double speed, double load, double strain) const {
+  const double stiffness = scenario_.terrain.body_stiffness, most = scenario_.brakes.rolling_resistance * load;
+  const double pull = -stiffness * strain - ground_damping_ * speed;
+  if (std::abs(pull) <= most) return {pull, speed};
+  const double rub = std::copysign(most, pull);
+  return {rub, (-rub / stiffness - strain) / settle_time_};
 }
 
 double Support::friction(const Moving& car, const Point& p, const Vec3& pull) const {

@@ -19,14 +19,16 @@ enum class Stand : char { on_rails, off_rails, lost };
 /// Damping coefficient at which a mass on a spring just does not swing.
 double critical_damping(double stiffness, double mass);
 
-/// Springs and dampers under both sides of a car's trucks, rails sideways, and corners of its body on the ground.
+/// Springs and dampers under both sides of a car's trucks, rails sideways and along, and corners of its body on the
+/// ground.
 class Support final : public SimTK::Force::Custom::Implementation {
  public:
   /// Friction of a point that slides comes to its limit within `settle_time`. `lever_sign` -1: a mistake is put in.
   Support(const inputs::Scenario& s, const model::Car& car, const SimTK::MobilizedBody& body,
           const SimTK::GeneralForceSubsystem& forces, double settle_time, double lever_sign);
 
-  /// An error of a strain counts a hundredth of one of a place: it is forgotten within settle_time.
+  /// An error of a strain of the ground counts a hundredth of one of a place: it is forgotten within settle_time. Rails
+  /// hold what stands.
   void set_weights(SimTK::State& state) const;
 
   Stand stand(const SimTK::State& state, std::size_t truck) const { return stands(state).of[truck]; }
@@ -71,6 +73,11 @@ class Support final : public SimTK::Force::Custom::Implementation {
                const SimTK::Vec3& force) const;
   Pressing pressing(const Moving& car, const Point& p, bool on_rails) const;
   Touch touch(const Moving& car, const Stands& stands, const Point& p, const SimTK::Vec3& strain) const;
+  /// What slows a truck on the rails down that carries so much: force along them, and how fast it strains them.
+  struct Drag {
+    double force, strain_rate;
+  };
+  Drag drag(double speed, double load, double strain) const;
   /// Coefficient of friction of a point that is pulled that way.
   double friction(const Moving& car, const Point& p, const SimTK::Vec3& pull) const;
 
@@ -82,7 +89,7 @@ class Support final : public SimTK::Force::Custom::Implementation {
   std::vector<Point> points_;
   std::vector<SimTK::Vec3> trucks_;  // middles at the top of the rails
   mutable SimTK::DiscreteVariableIndex stands_;
-  mutable SimTK::ZIndex strains_;
+  mutable SimTK::ZIndex strains_;                // three of every point, then one of every truck along the rails
   mutable SimTK::CacheEntryIndex strain_rates_;  // found with the forces
 };
 

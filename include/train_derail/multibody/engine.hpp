@@ -20,9 +20,9 @@ namespace train_derail::multibody {
 void require();
 
 /// Checks that the engine computes such a scenario: the paper's model without further parts, or the model in three
-/// dimensions with springs and dampers of trucks, straight and level rails that hold, ground with banks, and couplers
-/// that break and slip. Throws inputs::InputError, which names `where` (file or scenario) and all keys that ask for
-/// parts that it has not, their values and what is allowed.
+/// dimensions with springs and dampers of trucks, straight rails that hold, rolling resistance, one grade, ground with
+/// banks, and couplers that break and slip. Throws inputs::InputError, which names `where` (file or scenario) and all
+/// keys that ask for parts that it has not, their values and what is allowed.
 void require_parts(const inputs::Scenario& scenario, const std::string& where = "scenario");
 
 class EngineRun;
