@@ -55,7 +55,6 @@ inputs::Scenario on_the_bank(int cars) {
   s.coupler.break_draft = s.coupler.break_swing = s.coupler.break_twist = kInfinity;
   s.coupler.vertical_hold = kInfinity;
   s.coupler.draft_gear_travel = 0.02;  // soon used up
-  s.coupler.butt_height = 0.0;         // cars that go over roll from edge to edge of them: small differences would grow
   s.terrain.bank_left = 3.0;
   return s;
 }
@@ -114,7 +113,6 @@ Case in_buff() {
   Case c = off_the_rails();
   c.name = "in buff";
   c.until = 0.5;
-  c.scenario.coupler.butt_height = inputs::Coupler{}.butt_height;
   const double height = test::height_of(c.scenario);
   c.start.clear();
   for (int k = 0; k < 3; ++k)
