@@ -38,14 +38,13 @@ SpatialTrucks::SpatialTrucks(SpatialCars& cars, const std::vector<Car>& train, S
     ground_share_.push_back(friction_weight(cars.scenario.ground, b.weight) / b.weight);
     rail_share_.push_back(holding_load(cars.scenario.rails, 1.0, b.weight));
   }
-  if (cars.scenario.rails.load_exponent != 1.0) holding_load_.assign(trucks, 0.0);
   lost_.assign(trucks, false);
   past_.assign(n, false);
   first_cause_.assign(n, Cause::none);
   cause_.assign(trucks, Cause::none);
-  for (auto* a :
-       {&arc_, &offset_, &overloaded_, &lifted_, &lateral_, &lateral_before_, &kick_, &braked_, &braked_next_, &load_,
-        &leaning_, &brake_, &damper_, &rocker_, &place_x_, &place_y_, &load_held_, &leaning_held_, &grounded_})
+  for (auto* a : {&arc_,     &offset_,      &overloaded_, &lifted_,       &lateral_,  &lateral_before_, &kick_,
+                  &braked_,  &braked_next_, &load_,       &leaning_,      &brake_,    &damper_,         &rocker_,
+                  &place_x_, &place_y_,     &load_held_,  &leaning_held_, &grounded_, &holding_load_})
     a->assign(trucks, 0.0);
   for (auto* a : {&sheared_, &sheared_next_, &under_}) a->assign(6 * trucks, 0.0);
   for (auto* a : {&pushed_damped_, &rubbed_}) a->assign(6 * n, 0.0);
@@ -349,10 +348,9 @@ bool SpatialTrucks::give_way(double t, double h) {
   const std::size_t n = cars_.n;
   const inputs::Rails& rails = cars_.scenario.rails;
   const CarRange all{0, static_cast<std::ptrdiff_t>(2 * n)};
-  for (std::size_t truck = 0; truck < holding_load_.size(); ++truck)
-    holding_load_[truck] = rail_share_[cars_.car_of(truck)] * load_[truck];
-  const double* holding = holding_load_.empty() ? load_.data() : holding_load_.data();
-  bool any = loops_.overload({&all, 1}, rails, h, lateral_before_.data(), lateral_.data(), holding, overloaded_.data());
+  find_holding_load();
+  bool any = loops_.overload({&all, 1}, rails, h, lateral_before_.data(), lateral_.data(), holding_load_.data(),
+                             overloaded_.data());
   for (std::size_t truck = 0; any && truck < 2 * n; ++truck) {
     if (derailed(truck) || overloaded_[truck] <= rails.derail_time) continue;
     leave(t, truck, Cause::lateral, nullptr);
@@ -370,6 +368,18 @@ bool SpatialTrucks::give_way(double t, double h) {
     any = true;
   }
   return any;
+}
+
+/// What holds a truck on the rails: its load, but no more than twice that of the side whose flange is pressed. Rails
+/// push the truck to the left by the flange of its right wheels.
+void SpatialTrucks::find_holding_load() {
+  for (std::size_t truck = 0; truck < holding_load_.size(); ++truck) {
+    const double lighter = lateral_[truck] > 0.0 ? leaning_[truck] : -leaning_[truck];
+    holding_load_[truck] = load_[truck] - std::max(lighter, 0.0);
+  }
+  if (cars_.scenario.rails.load_exponent == 1.0) return;
+  for (std::size_t truck = 0; truck < holding_load_.size(); ++truck)
+    holding_load_[truck] *= rail_share_[cars_.car_of(truck)];
 }
 
 bool SpatialTrucks::lift(double t, double h) {

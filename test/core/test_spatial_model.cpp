@@ -440,6 +440,34 @@ TEST(SpatialRun, GoesOnFromACheckpointBitForBit) {
   }
 }
 
+/// Butts in hard buff are a spring that turns cars level: at the longest step it is stable, and not far below what
+/// blows up.
+TEST(SpatialRun, AStepTooLongForButtsShakesCars) {
+  inputs::Scenario s = test::spatial(2);
+  s.coupler.stiffness = 1e8;
+  s.coupler.slack = 0.15;
+  s.coupler.butt_height = 1.0;
+  s.coupler.height = test::height_of(s);
+  const model::StepLimit limit = model::step_limits(s).front();
+  ASSERT_EQ(limit.key, "coupler.butt_height");
+  // Two cars in free fall run into each other, one higher by a hair.
+  const auto pitch = [&](double step) {
+    s.solver.fixed_step = step;
+    const Vector3d half(0.5 * test::kPitch, 0.0, 0.0), speed(2.6, 0.0, 0.0);
+    Train train(s, {at(kAloft + half + Vector3d(0.0, 0.0, 1e-6), Matrix3d::Identity(), -speed),
+                    at(kAloft - half, Matrix3d::Identity(), speed)});
+    double pitch_max = 0.0, buff_max = 0.0;
+    train.to(0.15, [&] {
+      pitch_max = std::max(pitch_max, std::abs(train.car(0).axes(2, 0)));
+      buff_max = std::max(buff_max, (*train.model().axial_forces())[0]);
+    });
+    EXPECT_NEAR(buff_max / inputs::kKip, 3000.0, 300.0);
+    return pitch_max;
+  };
+  EXPECT_LT(pitch(0.99 * limit.step_max), 1e-5);
+  EXPECT_GT(pitch(3.0 * limit.step_max), 1e-3);
+}
+
 TEST(SpatialRun, ATooLongStepIsRefused) {
   inputs::Scenario s = test::accident(5);
   s.model = inputs::Model::spatial;
@@ -452,7 +480,8 @@ TEST(SpatialRun, ATooLongStepIsRefused) {
   // Each new mechanism may be what limits the step.
   for (const auto& stiffen : std::vector<std::function<void()>>{
            [&] { s.suspension.stiffness = 1e12; }, [&] { s.terrain.body_stiffness = 1e12; },
-           [&] { s.coupler.pitch_stiffness = 1e12; }, [&] { s.coupler.roll_stiffness = 1e12; }}) {
+           [&] { s.coupler.butt_height = 1.0; }, [&] { s.coupler.pitch_stiffness = 1e12; },
+           [&] { s.coupler.roll_stiffness = 1e12; }}) {
     const inputs::Scenario kept = s;
     stiffen();
     EXPECT_THROW(simulation::Simulation{s}, inputs::InputError);

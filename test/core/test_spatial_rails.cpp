@@ -235,6 +235,37 @@ TEST(OnTheRails, ATruckWhoseWheelsHangAboveTheFlangeLeavesTheRails) {
   EXPECT_TRUE(guided.incidents().derailments.empty());
 }
 
+/// A car that leans to the right by `roll` and whose trucks are `aside` of the track's centre line.
+Train leaning(const inputs::Scenario& s, double roll, double aside) {
+  const Matrix3d axes = turned(roll, Vector3d::UnitX());
+  return Train(s, {at(Vector3d(-300.0, aside, 0.0) + height_of(s) * axes.col(2), axes)});
+}
+
+/// What the springs carry as the car stands there: of the lighter side and of both.
+TEST(OnTheRails, TheLoadOfTheSideWhoseFlangeIsPressedHoldsATruck) {
+  inputs::Scenario s = held(1, 1e-5);
+  s.rails.derail_ratio = 0.8;
+  s.rails.derail_time = 0.0;
+  const double spring = s.suspension.stiffness, rest = 0.25 * s.consist[0].weight / spring, roll = 0.02;
+  const double lighter = spring * (rest - s.suspension.half_base * roll);
+  ASSERT_GT(lighter, 0.0);
+  const auto derails = [&](double way, double lateral, double share) {
+    Train train = leaning(s, way * roll, -share * lateral / s.rails.stiffness);
+    train.step();
+    return !train.incidents().derailments.empty();
+  };
+  // Rails push to the left, by the flange of the right wheels; leaning to the left these carry less.
+  for (const double way : {1.0, -1.0}) {
+    const double light_side = way * s.rails.derail_ratio * 2.0 * lighter;
+    EXPECT_FALSE(derails(-way, light_side, 0.98));
+    EXPECT_TRUE(derails(-way, light_side, 1.02));
+    // On the heavier side no more than the load of both holds it.
+    const double both = way * s.rails.derail_ratio * 2.0 * spring * rest;
+    EXPECT_FALSE(derails(way, both, 0.98));
+    EXPECT_TRUE(derails(way, both, 1.02));
+  }
+}
+
 TEST(OnTheRails, ACarTipsAtTheLateralAccelerationOfTheClosedForm) {
   const inputs::Scenario s = held(1, 5e-4);
   const double b = s.suspension.half_base, h = height_of(s), weight = s.consist[0].weight;
