@@ -5,6 +5,7 @@
 #include <QLabel>
 #include <QPalette>
 #include <QString>
+#include <QVBoxLayout>
 #include <QWidget>
 
 #include "train_derail/scene/marks.hpp"
@@ -45,6 +46,14 @@ inline QLabel* make_message(const QString& name, QWidget* parent) {
   let_wrap(label);
   label->hide();
   return label;
+}
+
+/// Parts of the panel below each other.
+inline QVBoxLayout* make_column(QWidget* box) {
+  auto* column = new QVBoxLayout(box);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(3);
+  return column;
 }
 
 inline void mark_wrong(QWidget* editor, bool wrong) {

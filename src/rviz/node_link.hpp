@@ -67,6 +67,13 @@ struct NodeView {
 /// Whether what the node publishes comes from a bag: there is nothing to drive.
 inline bool is_replay(const NodeView& view) { return !view.present && !view.player.empty(); }
 
+/// The node plays a run that was recorded: its inputs cannot be changed.
+inline bool plays_a_recording(const NodeView& view) { return view.run_info && view.run_info->replay; }
+
+inline bool has_ended(const NodeView& view) {
+  return view.run_info && (view.run_info->state == RunInfo::ENDED || view.run_info->state == RunInfo::FAILED);
+}
+
 /// Finds the node, follows it when it goes and comes, and never makes the caller wait. All methods are for one thread;
 /// what they lead to happens on threads of its own.
 class NodeLink {

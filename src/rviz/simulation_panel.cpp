@@ -1,6 +1,5 @@
 #include "rviz/simulation_panel.hpp"
 
-#include <cmath>
 #include <exception>
 
 #include <rviz/visualization_manager.h>
@@ -27,13 +26,8 @@ namespace {
 
 constexpr const char* kDefaultNode = "/train_derail";
 constexpr int kRefreshMs = 100;
-constexpr const char* kFastest = "fastest";  // rate 0
-/// Of a node that does not say how far apart its moments are [s].
-constexpr double kIntervalDefault = 0.01;
 /// What a part must have to spare before it is unfolded by itself, so that it does not come and go [pixels].
 constexpr int kSpare = 8;
-
-QString rate_text(double rate) { return rate == 0.0 ? QString(kFastest) : QString::number(rate, 'g', 4); }
 
 QString capitalized(const std::string& text) {
   QString result = QString::fromStdString(text);
@@ -45,19 +39,6 @@ QString replay_reason(const NodeView& view) {
       tr("A replay: %1 plays the topics of %2. It shows what was recorded and cannot be driven from here; the player's "
          "own keys are in its terminal: space to pause and go on, s to step.")
           .arg(QString::fromStdString(view.player), QString::fromStdString(view.node));
-}
-
-bool plays_a_recording(const NodeView& view) { return view.run_info && view.run_info->replay; }
-
-bool has_ended(const NodeView& view) {
-  return view.run_info && (view.run_info->state == RunInfo::ENDED || view.run_info->state == RunInfo::FAILED);
-}
-
-QVBoxLayout* make_column(QWidget* box) {
-  auto* column = new QVBoxLayout(box);
-  column->setContentsMargins(0, 0, 0, 0);
-  column->setSpacing(3);
-  return column;
 }
 
 QFrame* make_rule(QWidget* parent) {
@@ -151,90 +132,28 @@ QWidget* SimulationPanel::make_node_row() {
   return row;
 }
 
-QWidget* SimulationPanel::make_run_box() {
-  auto* box = new QWidget(this);
-  auto* column = make_column(box);
-  auto* first = new QHBoxLayout;
-  state_ = new QLabel(box);
-  state_->setObjectName("state");
-  state_->setTextFormat(Qt::PlainText);
-  QFont bold = state_->font();
-  bold.setBold(true);
-  state_->setFont(bold);
-  time_ = new QLabel(box);
-  time_->setObjectName("time");
-  time_->setToolTip(tr("Simulated time, and simulated seconds per wall second that the node achieves."));
-  first->addWidget(state_, 1);
-  first->addWidget(time_);
-  column->addLayout(first);
-
-  const auto button = [&](const QString& text, const char* name, const QString& tip) {
-    auto* b = new QPushButton(text, box);
-    b->setObjectName(name);
-    b->setToolTip(tip);
-    b->setMinimumWidth(b->fontMetrics().horizontalAdvance(text) + 16);
-    return b;
-  };
-  auto* second = new QHBoxLayout;
-  second->setSpacing(4);
-  run_ = button(tr("&Run again"), "run", "");  // the longest of its texts, for its width
-  pause_ = button(tr("Pa&use"), "pause", tr("Stand still; cuts steps short."));
-  step_ = button(tr("S&tep"), "step", tr("Advance a paused run by so many points of the output grid."));
-  ticks_ = new QSpinBox(box);
-  ticks_->setObjectName("ticks");
-  ticks_->setRange(1, 100000);
-  ticks_->setPrefix(QString::fromUtf8("\u00d7 "));
-  ticks_->setToolTip(step_->toolTip());
-  rate_ = new QComboBox(box);
-  rate_->setObjectName("rate");
-  rate_->setEditable(true);
-  rate_->setInsertPolicy(QComboBox::NoInsert);
-  rate_->addItems({"0.1", "0.25", "0.5", "1", "2", "5", "10", kFastest});
-  rate_->setCurrentText(rate_text(1.0));
-  rate_->setMinimumContentsLength(6);
-  rate_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-  rate_->setFocusPolicy(Qt::StrongFocus);
-  rate_->setToolTip(tr("Simulated seconds per wall second: 0.001 to 1000; 0 or \"%1\": as fast as the integrator goes.")
-                        .arg(kFastest));
-  auto* rate_label = new QLabel(tr("R&ate"), box);
-  rate_label->setBuddy(rate_);
-  for (QWidget* w : {static_cast<QWidget*>(run_), static_cast<QWidget*>(pause_), static_cast<QWidget*>(step_),
-                     static_cast<QWidget*>(ticks_)}) {
-    second->addWidget(w);
-  }
-  second->addStretch(1);
-  second->addWidget(rate_label);
-  second->addWidget(rate_);
-  column->addLayout(second);
-
-  auto* third = new QHBoxLayout;
-  third->setSpacing(4);
-  auto* slider_label = new QLabel(tr("Ti&me"), box);
-  slider_ = new QSlider(Qt::Horizontal, box);
-  slider_->setObjectName("time_slider");
-  slider_label->setBuddy(slider_);
-  slider_range_ = new QLabel(box);
-  slider_range_->setObjectName("time_range");
-  slider_range_->setMinimumWidth(slider_range_->fontMetrics().horizontalAdvance("00.00 of 00.00 s"));
-  third->addWidget(slider_label);
-  third->addWidget(slider_, 1);
-  third->addWidget(slider_range_);
-  column->addLayout(third);
-
-  connect(slider_, &QSlider::valueChanged, this, [this](int moment) { link_.seek(slider_interval_ * moment); });
-  connect(run_, &QPushButton::clicked, this, &SimulationPanel::run);
-  connect(pause_, &QPushButton::clicked, this, [this] {
+RunBox* SimulationPanel::make_run_box() {
+  run_box_ = new RunBox(live_);
+  connect(run_box_, &RunBox::run, this, &SimulationPanel::run);
+  connect(run_box_, &RunBox::pause, this, [this] {
     link_.pause();
     refresh();
   });
-  connect(step_, &QPushButton::clicked, this, [this] {
-    link_.step(static_cast<std::uint32_t>(ticks_->value()));
+  connect(run_box_, &RunBox::step, this, [this] {
+    link_.step(static_cast<std::uint32_t>(run_box_->ticks()));
     refresh();
   });
-  connect(ticks_, QOverload<int>::of(&QSpinBox::valueChanged), this, &SimulationPanel::configChanged);
-  connect(rate_, QOverload<int>::of(&QComboBox::activated), this, [this](int) { set_rate(rate_->currentText()); });
-  connect(rate_->lineEdit(), &QLineEdit::returnPressed, this, [this] { set_rate(rate_->currentText()); });
-  return box;
+  connect(run_box_, &RunBox::seek, this, [this](double time) { link_.seek(time); });
+  connect(run_box_, &RunBox::rate_wanted, this, [this](double rate) {
+    clear_message(Cause::rate);
+    link_.set_rate(rate);
+  });
+  connect(run_box_, &RunBox::not_a_rate, this, [this](const QString& text) {
+    show_message(tr("rate = '%1': not a number").arg(text), error_color(), Cause::rate);
+    run_box_->show_rate(link_.view());
+  });
+  connect(run_box_, &RunBox::ticks_changed, this, &SimulationPanel::configChanged);
+  return run_box_;
 }
 
 QWidget* SimulationPanel::make_inputs_box() {
@@ -306,8 +225,7 @@ void SimulationPanel::refresh() {
   const NodeView view = link_.view();
   fit_window();
   show_presence(view);
-  show_run(view);
-  show_slider(view);
+  run_box_->show_node(view);
   if (view.inputs && view.inputs != inputs_seen_) {
     inputs_seen_ = view.inputs;
     const QString problem = inputs_->show_run(view.inputs->yaml);
@@ -393,99 +311,14 @@ void SimulationPanel::show_presence(const NodeView& view) {
   live_->setEnabled((view.present && known) || is_replay(view));
 }
 
-void SimulationPanel::show_run(const NodeView& view) {
-  if (!view.run_info) {
-    state_->setText(tr("No run"));
-    set_text_color(state_, quiet_color());
-    time_->clear();
-    return;
-  }
-  const RunInfo& info = *view.run_info;
-  QString state;
-  QColor color = quiet_color();
-  switch (info.state) {
-    case RunInfo::PAUSED:
-      state = view.pending.count("step") > 0 ? tr("stepping") : tr("paused");
-      color = waiting_color();
-      break;
-    case RunInfo::RUNNING:
-      state = tr("running");
-      color = good_color();
-      break;
-    case RunInfo::ENDED: state = tr("ended"); break;
-    case RunInfo::FAILED:
-      state = tr("failed");
-      color = error_color();
-      break;
-    default: state = tr("state %1").arg(info.state);
-  }
-  if (!info.message.empty()) state += ": " + QString::fromStdString(info.message);
-  state_->setText(tr("Run %1 %2").arg(info.run_id).arg(state));
-  state_->setToolTip("<p>" + QString::fromStdString(info.title).toHtmlEscaped() + "</p>");
-  set_text_color(state_, color);
-  const double time = view.train.run_id == info.run_id ? view.train.time : info.time;
-  QString text = tr("%1 s").arg(time, 0, 'f', 2);
-  if (info.state == RunInfo::RUNNING && (view.present || is_replay(view))) {
-    text += view.achieved_rate ? tr(", rate %1").arg(*view.achieved_rate, 0, 'f', 2) : tr(", rate \u2026");
-  }
-  time_->setText(text);
-  if (!rate_->hasFocus() && !rate_->lineEdit()->hasFocus() && view.pending.count("set_rate") == 0) show_rate(view);
-}
-
-/// The slider follows the moment that is shown, unless somebody moves it.
-void SimulationPanel::show_slider(const NodeView& view) {
-  const bool offered = view.present && view.run_info && view.run_info->kept_until > 0.0;
-  const bool stands = view.run_info && view.run_info->state != RunInfo::RUNNING && view.pending.count("step") == 0;
-  const bool enabled = offered && (stands || plays_a_recording(view));
-  slider_->setEnabled(enabled);
-  slider_->setToolTip(enabled    ? tr("Shows the run as it was at that time. The run itself is not changed.")
-                      : !offered ? tr("No states of this run are kept: it has none yet, or comes from a bag.")
-                                 : tr("Pause the run to look back."));
-  const bool known = view.run_info && view.train.run_id == view.run_info->run_id;
-  if (!offered || !known) {
-    slider_range_->clear();
-    return;
-  }
-  const RunInfo& info = *view.run_info;
-  const double time = view.train.time, end = std::max(info.kept_until, time);
-  const QSignalBlocker quiet(slider_);
-  slider_interval_ = info.interval > 0.0 ? info.interval : kIntervalDefault;
-  slider_->setRange(0, static_cast<int>(std::lround(end / slider_interval_)));
-  slider_->setPageStep(std::max(1, slider_->maximum() / 20));
-  const bool moved_by_node = time != slider_time_ || info.run_id != slider_run_;
-  if (moved_by_node && !slider_->isSliderDown() && view.pending.count("seek") == 0) {
-    slider_time_ = time;
-    slider_run_ = info.run_id;
-    slider_->setValue(static_cast<int>(std::lround(time / slider_interval_)));
-  }
-  slider_range_->setText(tr("%1 of %2 s").arg(time, 0, 'f', 2).arg(end, 0, 'f', 2));
-}
-
 void SimulationPanel::enable_buttons(const NodeView& view) {
   const auto pending = [&](const char* service) { return view.pending.count(service) > 0; };
-  const int state = view.run_info ? view.run_info->state : -1;
-  const bool stepping = pending("step"), ended = has_ended(view), recorded = plays_a_recording(view);
+  const bool recorded = plays_a_recording(view);
   const bool drivable = !is_replay(view), changeable = drivable && !recorded;
   const auto set = [drivable](QWidget* widget, bool enabled) {
     enabled = enabled && drivable;
     if (widget->isEnabledTo(widget->parentWidget()) != enabled) widget->setEnabled(enabled);
   };
-  const QString over = state == RunInfo::FAILED ? tr("The run has failed: \"Run again\" begins a new one.")
-                       : recorded               ? tr("The recording is over: \"Play again\" begins at its start.")
-                                                : tr("The run has ended: \"Run again\" begins a new one.");
-  run_->setText(!ended ? tr("&Run") : recorded ? tr("Play &again") : tr("&Run again"));
-  run_->setToolTip(!ended     ? tr("Go on.")
-                   : recorded ? tr("Play the recording from its start.")
-                              : tr("Begin a new run with the inputs as they stand below."));
-  set(run_, ended ? !pending("restart") : state == RunInfo::PAUSED && !stepping && !pending("resume"));
-  pause_->setToolTip(ended ? over : tr("Stand still; cuts steps short."));
-  set(pause_, (state == RunInfo::RUNNING || stepping) && !pending("pause"));
-  step_->setToolTip(ended                       ? over
-                    : state == RunInfo::RUNNING ? tr("Pause the run to step.")
-                                                : tr("Advance a paused run by so many points of the output grid."));
-  set(step_, state == RunInfo::PAUSED && !stepping);
-  set(ticks_, true);
-  set(rate_, true);
   const QString read_only = tr("A recorded run has the inputs that it has.");
   set(inputs_, changeable);
   set(scenario_, changeable && !pending("restart"));
@@ -510,8 +343,8 @@ void SimulationPanel::show_answer(const Answer& answer) {
     show_message(QString::fromStdString(answer.service) + ": " + text, quiet_color(), cause);
   } else {
     show_message(text, error_color(), cause);
-    if (answer.service == "seek") slider_time_ = -1.0;  // back to what is shown
-    if (answer.service == "set_rate") show_rate(link_.view());
+    if (answer.service == "seek") run_box_->forget_slider();
+    if (answer.service == "set_rate") run_box_->show_rate(link_.view());
   }
 }
 
@@ -529,25 +362,9 @@ void SimulationPanel::clear_message(Cause cause) {
   message_->hide();
 }
 
-void SimulationPanel::show_rate(const NodeView& view) {
-  if (view.run_info) rate_->setCurrentText(rate_text(view.run_info->rate));
-}
-
 void SimulationPanel::set_node(const QString& name) {
   link_.set_node(name.trimmed().toStdString());
   views_->set_node(name.trimmed());
-}
-
-void SimulationPanel::set_rate(const QString& text) {
-  bool is_number = true;
-  const double rate = text.trimmed() == kFastest ? 0.0 : text.toDouble(&is_number);
-  if (is_number) {
-    clear_message(Cause::rate);
-    link_.set_rate(rate);
-  } else {
-    show_message(tr("rate = '%1': not a number").arg(text), error_color(), Cause::rate);
-    show_rate(link_.view());
-  }
 }
 
 void SimulationPanel::run() {
@@ -628,7 +445,7 @@ void SimulationPanel::load(const rviz::Config& config) {
     node_->setText(node);
     set_node(node);
   }
-  if (config.mapGetInt("Step Ticks", &ticks)) ticks_->setValue(ticks);
+  if (config.mapGetInt("Step Ticks", &ticks)) run_box_->set_ticks(ticks);
   if (config.mapGetBool("Start Paused", &paused)) start_paused_->setChecked(paused);
   config.mapGetBool("Fit Window To Screen", &fit_window_);
   const rviz::Config sections = config.mapGetChild("Sections");
@@ -655,7 +472,7 @@ void SimulationPanel::load(const rviz::Config& config) {
 void SimulationPanel::save(rviz::Config config) const {
   rviz::Panel::save(config);
   config.mapSetValue("Node", node_->text());
-  config.mapSetValue("Step Ticks", ticks_->value());
+  config.mapSetValue("Step Ticks", run_box_->ticks());
   config.mapSetValue("Start Paused", start_paused_->isChecked());
   config.mapSetValue("Fit Window To Screen", fit_window_);
   rviz::Config sections = config.mapMakeChild("Sections");

@@ -7,13 +7,10 @@
 
 #include <rviz/panel.h>
 #include <QCheckBox>
-#include <QComboBox>
 #include <QLabel>
 #include <QLineEdit>
 #include <QPushButton>
 #include <QScrollArea>
-#include <QSlider>
-#include <QSpinBox>
 #include <QTimer>
 #include <QToolButton>
 
@@ -21,6 +18,7 @@
 #include "rviz/inputs_form.hpp"
 #include "rviz/node_link.hpp"
 #include "rviz/outcome_table.hpp"
+#include "rviz/run_box.hpp"
 #include "rviz/scenario_chooser.hpp"
 #include "rviz/section.hpp"
 #include "rviz/study_link.hpp"
@@ -49,7 +47,7 @@ class SimulationPanel : public rviz::Panel {
 
   Section* add_section(const char* name, const QString& caption, QWidget* content);
   QWidget* make_node_row();
-  QWidget* make_run_box();
+  RunBox* make_run_box();
   QWidget* make_inputs_box();
   QWidget* make_sweep_box();
   QWidget* make_outcome_box();
@@ -60,9 +58,6 @@ class SimulationPanel : public rviz::Panel {
 
   void refresh();
   void show_presence(const NodeView& view);
-  void show_run(const NodeView& view);
-  void show_rate(const NodeView& view);
-  void show_slider(const NodeView& view);
   void show_answer(const Answer& answer);
   void show_message(const QString& text, const QColor& color, Cause cause);
   void clear_message(Cause cause);
@@ -72,7 +67,6 @@ class SimulationPanel : public rviz::Panel {
   void fit_window();
 
   void set_node(const QString& name);
-  void set_rate(const QString& text);
   void run();
   void restart();
   void load_scenario(const QString& path);
@@ -87,18 +81,14 @@ class SimulationPanel : public rviz::Panel {
 
   Cause cause_ = Cause::run;      // of the message
   bool refused_locally_ = false;  // the message is about what the form holds, not what the node has refused
-  double slider_interval_ = 0.01, slider_time_ = -1.0;  // simulated [s]: per step of the slider; that it stands at
-  std::uint32_t slider_run_ = 0;
   std::optional<bool> charts_wanted_, all_outcomes_wanted_;  // by the user; none: where there is room
   bool fit_window_ = false, window_fitted_ = false;
 
   ViewButtons* views_;
   QLineEdit* node_;
-  QLabel *presence_, *state_, *time_, *message_, *slider_range_;
-  QPushButton *run_, *pause_, *step_, *restart_, *revert_, *copy_;
-  QSlider* slider_;
-  QSpinBox* ticks_;
-  QComboBox* rate_;
+  QLabel *presence_, *message_;
+  RunBox* run_box_;
+  QPushButton *restart_, *revert_, *copy_;
   QCheckBox* start_paused_;
   QToolButton* all_outcomes_;
   ScenarioChooser* scenario_;
