@@ -162,7 +162,8 @@ void describe_rails(V& v, R& r) {
   v.number("damping_ratio", r.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
            "Damping ratio of half a car on k_r.");
   v.number("derail_ratio", r.derail_ratio, {"1", "", between_or_infinite(0, 1e3), between_or_infinite(0.3, 3)},
-           "L/V: lateral force over load of a truck beyond which it leaves the rails.");
+           "L/V: lateral force over load of a truck beyond which it leaves the rails. In space no more load counts than "
+           "twice that of the side whose flange is pressed.");
   v.number("derail_time", r.derail_time, {"s", "", between(0, 1), between(0, 0.3)},
            {"Time for which derail_ratio must be exceeded before the truck leaves the rails.", &kYieldingRails});
   v.number("flange_height", r.flange_height, {"m", "in", between_or_infinite(0, 1), between_or_infinite(0.02, 0.04)},
