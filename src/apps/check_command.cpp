@@ -44,6 +44,8 @@ inputs::Scenario acting(inputs::Scenario s) {
     block.centre_height = car.centre_height;
     block.floor_height = car.floor_height;
     block.roof_height = car.roof_height;
+    block.underframe_height = car.underframe_height;
+    block.underframe_width = car.underframe_width;
     block.roll_inertia = car.roll_inertia;
   }
   put(s.coupler, inputs::coupler_hold(s.coupler, "", ""));

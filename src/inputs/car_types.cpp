@@ -24,6 +24,8 @@ void describe_body(V& v, B& b) {
   v.number("centre_loaded", b.centre_loaded, required(kHeight), "");
   v.number("floor", b.floor, required(kHeight), "");
   v.number("roof", b.roof, required(kHeight), "");
+  v.number("underframe", b.underframe, required(kHeight), "");
+  v.number("underframe_width", b.underframe_width, required(kHeight), "");
   v.number("roll_inertia", b.roll_inertia, required({"m2", "", between(0.1, 10)}), "");
 }
 
@@ -40,6 +42,8 @@ void describe_type(V& v, T& t) {
   v.number("loaded", t.loaded, required(kWeight), "");
   v.number("floor", t.floor, kHeight, "");
   v.number("roof", t.roof, kHeight, "");
+  v.number("underframe", t.underframe, kHeight, "");
+  v.number("underframe_width", t.underframe_width, kHeight, "");
   v.number("centre_empty", t.centre_empty, kHeight, "");
   v.number("centre_loaded", t.centre_loaded, kHeight, "");
 }

@@ -40,6 +40,12 @@ void describe_block(V& v, C& c) {
            {"Underside of the body above the rail; left out: by name.", &kSpatial});
   v.number("roof_height", c.roof_height, {"m", "ft", between(0.5, 10), between(1.5, 6.5)},
            {"Top of the body above the rail; left out: by name.", &kSpatial});
+  v.number("underframe_height", c.underframe_height, {"m", "in", between(0.1, 4), between(0.2, 1.2)},
+           {"Of the lowest part of the body above the rail, on which it lies without trucks: bolsters, centre sill, "
+            "outlets of a hopper; left out: by name, but no higher than the floor. As high as the floor: none.",
+            &kSpatial});
+  v.number("underframe_width", c.underframe_width, {"m", "in", between(0.1, 10), between(0.3, 3.2)},
+           {"Width of that part; left out: by name, but no wider than the body.", &kSpatial});
   v.number("roll_inertia", c.roll_inertia, {"kg m2", "lb ft2", between(1, 1e9), between(1e4, 1e6)},
            {"About the axis along the car; left out: of a box, for tank_car of a cylinder.", &kSpatial});
   v.text("coupler_type", c.coupler_type,
@@ -161,9 +167,10 @@ void describe_rails(V& v, R& r) {
            "k_r, lateral stiffness of the rails under a truck.");
   v.number("damping_ratio", r.damping_ratio, {"1", "", between(0, 2), between(0, 1)},
            "Damping ratio of half a car on k_r.");
-  v.number("derail_ratio", r.derail_ratio, {"1", "", between_or_infinite(0, 1e3), between_or_infinite(0.3, 3)},
-           "L/V: lateral force over load of a truck beyond which it leaves the rails. In space no more load counts than "
-           "twice that of the side whose flange is pressed.");
+  v.number(
+      "derail_ratio", r.derail_ratio, {"1", "", between_or_infinite(0, 1e3), between_or_infinite(0.3, 3)},
+      "L/V: lateral force over load of a truck beyond which it leaves the rails. In space no more load counts than "
+      "twice that of the side whose flange is pressed.");
   v.number("derail_time", r.derail_time, {"s", "", between(0, 1), between(0, 0.3)},
            {"Time for which derail_ratio must be exceeded before the truck leaves the rails.", &kYieldingRails});
   v.number("flange_height", r.flange_height, {"m", "in", between_or_infinite(0, 1), between_or_infinite(0.02, 0.04)},

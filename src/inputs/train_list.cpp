@@ -286,6 +286,8 @@ class Reader {
              fmt::format("a length for which {} suits", type.name));
     b.floor_height = type.floor;
     b.roof_height = type.roof;
+    b.underframe_height = type.underframe;
+    b.underframe_width = type.underframe_width;
     if (type.centre_empty || type.centre_loaded) {
       CarBody body = body_of(type.body);
       body.centre_empty = type.centre_empty.value_or(body.centre_empty);

@@ -141,7 +141,7 @@ void check_coupler(const std::string& key, const std::string& type) {
 
 /// The body of a block stands upright, with the centre of mass below its top. What it leaves out is by its name.
 void check_body(const CarBlock& b, const std::string& prefix) {
-  if (!b.floor_height && !b.roof_height && !b.centre_height) return;
+  if (!b.floor_height && !b.roof_height && !b.centre_height && !b.underframe_height && !b.underframe_width) return;
   const CarBody& usual = body_of(b.name);
   const double floor = b.floor_height.value_or(usual.floor), roof = b.roof_height.value_or(usual.roof),
                centre = b.centre_height.value_or(centre_height(usual, b.weight));
@@ -156,6 +156,12 @@ void check_body(const CarBlock& b, const std::string& prefix) {
     refuse(prefix + "floor_height", fmt::format("{}", floor), "not below " + against("roof_height", roof, false),
            fmt::format("< {:.6g} m", roof));
   }
+  if (b.underframe_height && *b.underframe_height > floor)
+    refuse(prefix + "underframe_height", fmt::format("{}", *b.underframe_height),
+           "above " + against("floor_height", floor, b.floor_height.has_value()), fmt::format("<= {:.6g} m", floor));
+  if (b.underframe_width && *b.underframe_width > b.width)
+    refuse(prefix + "underframe_width", fmt::format("{}", *b.underframe_width),
+           fmt::format("wider than width = {:.6g} m", b.width), fmt::format("<= {:.6g} m", b.width));
   if (centre < roof) return;
   if (b.centre_height)
     refuse(prefix + "centre_height", fmt::format("{}", centre),

@@ -2,6 +2,7 @@
 /// What the parts of the spatial model share: the cars, how they move now, and what acts on them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -58,6 +59,8 @@ struct Body {
         half_spacing(0.5 * c.truck_spacing),
         box_centre(0.0, 0.0, 0.5 * (c.floor_height + c.roof_height) - c.centre_height),
         box_half(half_length, 0.5 * c.width, 0.5 * (c.roof_height - c.floor_height)),
+        underframe(0.0, 0.5 * c.underframe_width, c.underframe_height - c.centre_height),
+        narrow(c.underframe_height < c.floor_height),
         centre_height(c.centre_height),
         spring(s.suspension.stiffness),
         spring_damping(side_damping(s.suspension, c.mass)),
@@ -65,12 +68,14 @@ struct Body {
         ground_damping(model::ground_damping(s.terrain, c.mass)),
         cylinder(c.cylinder),
         shell_radius(box_half.minCoeff()),
-        radius(box_half.norm() + box_centre.norm()) {}
+        radius(std::max(box_half.norm() + box_centre.norm(), std::hypot(half_length, underframe.norm()))) {}
 
   double mass, weight;
   Eigen::Vector3d inertia;  // about roll, pitch, yaw axes
   double half_length, half_spacing;
   Eigen::Vector3d box_centre, box_half;  // of the body, from the centre of mass
+  Eigen::Vector3d underframe;            // its left edge, from the centre of mass; as long as the body
+  bool narrow;                           // the underframe is below the floor
   double centre_height;
   double spring, spring_damping, sag;  // of a side of a truck; how far it is pressed at rest
   double ground_damping;
@@ -83,6 +88,15 @@ struct Body {
   /// How far the body reaches from its centre along a unit vector that is given along the car's axes.
   double half_extent(const Eigen::Vector3d& direction) const {
     return cylinder ? shell_half() * std::abs(direction.x()) + shell_radius : direction.cwiseAbs().dot(box_half);
+  }
+
+  /// How high the lowest point of the box and its underframe is above the centre of mass, at most; `rise`: the
+  /// vertical along the car's axes.
+  double lowest(const Eigen::Vector3d& rise) const {
+    const double box = rise.dot(box_centre) - rise.cwiseAbs().dot(box_half);
+    if (!narrow || cylinder) return box;
+    const Eigen::Vector3d reach(half_length, underframe.y(), 0.0);
+    return std::min(box, rise.z() * underframe.z() - rise.cwiseAbs().dot(reach));
   }
 
   double kinetic(const SpatialMotion& q) const {

@@ -26,7 +26,7 @@ void SpatialGround::press_near(std::size_t car, double s) {
   const Body& b = cars_.bodies[car];
   const Vector3d rise(cars_.axes[2 * n + car], cars_.axes[5 * n + car], cars_.axes[8 * n + car]);
   const double middle = cars_.state[SZ * n + car];
-  const double lowest = middle + rise.dot(b.box_centre) - rise.cwiseAbs().dot(b.box_half);
+  const double lowest = middle + b.lowest(rise);
   // Of all its points the first truck is no farther away than that.
   const double highest = bed_.highest_ground(s, 4.0 * b.radius);
   above_[car] = lowest - highest;
@@ -72,7 +72,7 @@ double SpatialGround::press_body_point(OnGround& sum, const SpatialMotion& q, st
 void SpatialGround::press_edges(OnGround& sum, const SpatialMotion& q, std::size_t car, double s, double highest) {
   const Body& b = cars_.bodies[car];
   const Vector3d rise = q.axes.row(2);
-  for (std::size_t i = 0; i < kCorners; ++i) {
+  for (std::size_t i = 0; i < corners(b); ++i) {
     const std::size_t point = kPoints * car + i;
     const Vector3d own = corner_of(b, i);
     if (q.centre.z() + rise.dot(own) < highest) {
@@ -170,7 +170,7 @@ double SpatialGround::energy(std::size_t car, const SpatialMotion& q, double s) 
           [&](const Vector3d&, const Vector3d&, double depth, std::size_t) { squares += depth * depth; });
     }
   } else {
-    for (std::size_t i = 0; i < kCorners; ++i) {
+    for (std::size_t i = 0; i < corners(b); ++i) {
       const Vector3d place = q.point(corner_of(b, i));
       const double depth = bed_.ground(place, s).z - place.z();
       if (depth > 0.0) squares += depth * depth;

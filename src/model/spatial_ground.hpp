@@ -24,8 +24,10 @@ struct OnGround {
 
 class SpatialGround {
  public:
-  /// Points of a car: of a box at its edges, of a cylinder what three balls touch.
-  static constexpr std::size_t kCorners = 12, kBalls = 3, kBallPoints = 5, kPoints = kBalls * kBallPoints + 2;
+  /// Points of a car: of a box at its edges and those of its underframe, of a cylinder what three balls touch.
+  static constexpr std::size_t kCorners = 12, kUnderframe = 6, kBalls = 3, kBallPoints = 5,
+                               kPoints = kCorners + kUnderframe;
+  static_assert(kBalls * kBallPoints + 2 <= kPoints);
 
   SpatialGround(SpatialCars& cars, const SpatialBed& bed);
 
@@ -70,8 +72,14 @@ class SpatialGround {
   /// The last of a car's points keep the strain of rolling, as x, and that of rocking and turning.
   static std::size_t rolling_point(std::size_t car) { return ball_point(car, kBalls, 0); }
   static std::size_t rocking_point(std::size_t car) { return ball_point(car, kBalls, 1); }
-  /// A point of the body's edges, from the centre of mass along the car's axes.
+  /// Points of a box that may lie on the ground.
+  static std::size_t corners(const Body& b) { return kCorners + (b.narrow ? kUnderframe : 0); }
+  /// A point of the edges of the body, or of its underframe, from the centre of mass along the car's axes.
   static Eigen::Vector3d corner_of(const Body& b, std::size_t i) {
+    if (i >= kCorners) {
+      const double along = static_cast<double>((i - kCorners) / 2) - 1.0, left = (i & 1U) != 0 ? 1.0 : -1.0;
+      return {along * b.half_length, left * b.underframe.y(), b.underframe.z()};
+    }
     const Eigen::Vector3d sign(static_cast<double>(i / 4) - 1.0, (i & 1U) != 0 ? 1.0 : -1.0,
                                (i & 2U) != 0 ? 1.0 : -1.0);
     return b.box_centre + sign.cwiseProduct(b.box_half);

@@ -115,7 +115,7 @@ SpatialResponses spatial_responses(const Scenario& s) {
   const auto of = [&](const Car& c) {
     const double half = 0.5 * c.length, below = std::abs(s.coupler.height - c.centre_height);
     const double levers = square(half / gap + 1.0) + square(half / gap);
-    const double across = std::max(c.roof_height - c.centre_height, c.centre_height - c.floor_height);
+    const double across = std::max(c.roof_height - c.centre_height, c.centre_height - c.underframe_height);
     const double pitch = 2.0 / (c.mass * gap * gap) + levers / c.yaw_inertia;
     return Of{
         1.0 / c.mass + (square(half * sine) + below * below) / c.yaw_inertia + square(below * sine) / c.roll_inertia,

@@ -1,5 +1,7 @@
 #include "train_derail/model/train.hpp"
 
+#include <algorithm>
+
 #include "train_derail/inputs/car_types.hpp"
 
 namespace train_derail::model {
@@ -22,6 +24,8 @@ std::vector<Car> expand(const std::vector<inputs::CarBlock>& consist) {
     car.centre_height = block.centre_height.value_or(inputs::centre_height(body, block.weight));
     car.floor_height = block.floor_height.value_or(body.floor);
     car.roof_height = block.roof_height.value_or(body.roof);
+    car.underframe_height = std::min(block.underframe_height.value_or(body.underframe), car.floor_height);
+    car.underframe_width = block.underframe_width.value_or(std::min(body.underframe_width, block.width));
     car.coupler_type = block.coupler_type;
     car.cylinder = block.shape == inputs::BodyShape::cylinder;
     car.roll_inertia = block.roll_inertia.value_or(body.roll_inertia * car.mass);

@@ -39,6 +39,20 @@ class SpatialTrain final : private solver::SteppedSystem {
     integrator_ = solver::make_integrator(s.solver, system, saved.time(), state);
   }
 
+  /// The same, but with its cars there.
+  SpatialTrain(const inputs::Scenario& s, SpatialTrain& saved, const std::vector<model::SpatialMotion>& cars)
+      : model_(s) {
+    files::Archive saving;
+    saved.model_.walk(saved.time(), saved.data(), saving);
+    model::StateVector state = saved.integrator_->state();
+    for (std::size_t k = 0; k < cars.size(); ++k) model_.place(state.data(), static_cast<Eigen::Index>(k), cars[k]);
+    files::Archive restoring(saving.bytes());
+    const model::StateVector& placed = state;
+    model_.walk(saved.time(), placed.data(), restoring);
+    solver::SteppedSystem& system = *this;
+    integrator_ = solver::make_integrator(s.solver, system, saved.time(), state);
+  }
+
   void step() { last_ = integrator_->step(); }
   void to(double t) {
     while (time() < t - 1e-9 && last_.status == solver::StepStatus::stepped) step();

@@ -165,6 +165,19 @@ TEST(Parts, BodiesStandUprightWithTheirCentreBelowTheTop) {
             }),
             "scenario: consist[0].floor_height = '3.7': not below roof_height = 3.6 m, which goes with the name of the "
             "block; allowed: < 3.6 m");
+  const auto underframe = [](const std::optional<double>& height, const std::optional<double>& width) {
+    return refusal([&](Scenario& s) {
+      s.consist[0].underframe_height = height;
+      s.consist[0].underframe_width = width;
+    });
+  };
+  EXPECT_EQ(underframe(1.1, 3.048), "no error");
+  EXPECT_EQ(
+      underframe(1.2, {}),
+      "scenario: consist[0].underframe_height = '1.2': above floor_height = 1.1 m, which goes with the name of the "
+      "block; allowed: <= 1.1 m");
+  EXPECT_EQ(underframe({}, 4.0),
+            "scenario: consist[0].underframe_width = '4': wider than width = 3.048 m; allowed: <= 3.048 m");
   EXPECT_EQ(of_block(1.0, 3.0, 3.0),
             "scenario: consist[0].centre_height = '3': not below roof_height = 3 m; allowed: < 3 m");
   EXPECT_EQ(of_block({}, 2.0, {}),

@@ -137,6 +137,66 @@ TEST(OffTheRails, ACarWithOneSideDownTheBallastTipsAtTheClosedForm) {
   }
 }
 
+/// A car without trucks there: it has lost them in the air.
+Train without_trucks(inputs::Scenario s, const SpatialMotion& car) {
+  s.suspension.part_angle = 0.1;
+  Train aloft(s, {at(test::kAloft, turned(0.2, Vector3d::UnitX()))});
+  aloft.step();
+  EXPECT_TRUE(aloft.model().truck_lost(0, true) && aloft.model().truck_lost(0, false));
+  return {s, aloft, {car}};
+}
+
+/// Its underframe is 0.8 m below the floor and narrower.
+inputs::Scenario on_a_narrow_underframe() {
+  inputs::Scenario s = rigid(1);
+  s.consist[0].floor_height = 1.1;
+  s.consist[0].underframe_height = 0.3;
+  s.consist[0].underframe_width = 1.2;
+  return s;
+}
+
+TEST(OffTheRails, ABodyWithoutTrucksTipsOverItsUnderframe) {
+  for (const bool narrow : {true, false}) {
+    for (const double share : {0.97, 1.03}) {
+      inputs::Scenario s = on_a_narrow_underframe();
+      s.terrain.body_friction = 10.0;
+      inputs::CarBlock& block = s.consist[0];
+      if (!narrow) block.underframe_height = block.floor_height;  // none
+      const double h = height_of(s) - *block.underframe_height,
+                   slope = share * 0.5 * (narrow ? *block.underframe_width : block.width) / h, angle = std::atan(slope);
+      s.terrain.bank_slope = slope;
+      s.terrain.bank_left = 50.0;
+      const Matrix3d axes = turned(-angle, Vector3d::UnitX());
+      const Vector3d foot(50.0, s.terrain.crown + 0.5 * s.terrain.bank_left / slope,
+                          -s.terrain.rail_height - 0.5 * s.terrain.bank_left);
+      Train train = without_trucks(s, at(foot + h * axes.col(2), axes));
+      train.to(4.0);
+      const double lean = std::abs(train.roll(0)) - angle;
+      if (share < 1.0) EXPECT_LT(std::abs(lean), 0.05) << narrow;
+      else EXPECT_GT(lean, 0.5) << narrow;
+    }
+  }
+}
+
+TEST(OffTheRails, ABodyWithoutTrucksLeansUntilItsFloorIsOnTheGround) {
+  inputs::Scenario s = on_a_narrow_underframe();
+  s.consist[0].underframe_height = 0.7;  // so that it does not fall over by its swing
+  const inputs::CarBlock& block = s.consist[0];
+  const double deep = *block.floor_height - *block.underframe_height,
+               beside = 0.5 * (block.width - *block.underframe_width);
+  const double lean = std::atan(deep / beside);
+  for (const double way : {1.0, -1.0}) {
+    for (const double share : {0.8, 1.0}) {
+      const Matrix3d axes = turned(-way * share * lean, Vector3d::UnitX());
+      const Vector3d edge(0.0, way * 0.5 * *block.underframe_width, *block.underframe_height - height_of(s));
+      Train train = without_trucks(s, at(Vector3d(200.0, 40.0, -s.terrain.rail_height) - axes * edge, axes));
+      train.to(4.0);
+      EXPECT_NEAR(train.roll(0), -way * lean, 0.01) << share;
+      EXPECT_LT(train.car(0).velocity.norm(), 1e-4);
+    }
+  }
+}
+
 TEST(OffTheRails, ALateralTripOverturnsAtTheSpeedOfTheFormula) {
   const inputs::Scenario s = rigid(1, 1e-4);
   const model::Car car = model::expand(s.consist)[0];

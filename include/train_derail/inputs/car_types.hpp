@@ -14,31 +14,35 @@ namespace train_derail::inputs {
 
 /// Heights of a body above the rail and its roll inertia, for what a block does not give.
 struct CarBody {
-  std::string name;            ///< of the blocks that have it; "": of all others
-  double empty = 0.0;          ///< weight of a car of which the centre of mass is at centre_empty [N]
-  double loaded = 0.0;         ///< weight of one of which it is at centre_loaded [N]
-  double centre_empty = 0.0;   ///< height of the centre of mass [m]
-  double centre_loaded = 0.0;  ///< height of the centre of mass [m]
-  double floor = 0.0;          ///< height of the underside [m]
-  double roof = 0.0;           ///< height of the top [m]
-  double roll_inertia = 0.0;   ///< about the axis along the car, over the mass [m^2]
+  std::string name;               ///< of the blocks that have it; "": of all others
+  double empty = 0.0;             ///< weight of a car of which the centre of mass is at centre_empty [N]
+  double loaded = 0.0;            ///< weight of one of which it is at centre_loaded [N]
+  double centre_empty = 0.0;      ///< height of the centre of mass [m]
+  double centre_loaded = 0.0;     ///< height of the centre of mass [m]
+  double floor = 0.0;             ///< height of the underside [m]
+  double roof = 0.0;              ///< height of the top [m]
+  double underframe = 0.0;        ///< height of what it lies on without trucks, floor or lower [m]
+  double underframe_width = 0.0;  ///< width of that [m]
+  double roll_inertia = 0.0;      ///< about the axis along the car, over the mass [m^2]
 };
 
 /// A type of car of a train list.
 struct CarType {
-  std::string name;                     ///< "covered_hopper"
-  std::string body;                     ///< name of its blocks
-  std::vector<std::string> codes;       ///< first letters of AAR car type codes
-  std::vector<std::string> also;        ///< other words for it
-  double length = 0.0;                  ///< over the pulling faces [m]
-  double width = 0.0;                   ///< m
-  double truck_spacing = 0.0;           ///< between the truck centres [m]
-  double empty = 0.0;                   ///< gross weight, empty [N]
-  double loaded = 0.0;                  ///< gross weight, loaded [N]
-  std::optional<double> floor;          ///< height of the underside, if not the body's [m]
-  std::optional<double> roof;           ///< height of the top, if not the body's [m]
-  std::optional<double> centre_empty;   ///< height of the centre of mass, empty, if not the body's [m]
-  std::optional<double> centre_loaded;  ///< the same, loaded [m]
+  std::string name;                        ///< "covered_hopper"
+  std::string body;                        ///< name of its blocks
+  std::vector<std::string> codes;          ///< first letters of AAR car type codes
+  std::vector<std::string> also;           ///< other words for it
+  double length = 0.0;                     ///< over the pulling faces [m]
+  double width = 0.0;                      ///< m
+  double truck_spacing = 0.0;              ///< between the truck centres [m]
+  double empty = 0.0;                      ///< gross weight, empty [N]
+  double loaded = 0.0;                     ///< gross weight, loaded [N]
+  std::optional<double> floor;             ///< height of the underside, if not the body's [m]
+  std::optional<double> underframe;        ///< height of what it lies on without trucks, if not the body's [m]
+  std::optional<double> underframe_width;  ///< width of that, if not the body's [m]
+  std::optional<double> roof;              ///< height of the top, if not the body's [m]
+  std::optional<double> centre_empty;      ///< height of the centre of mass, empty, if not the body's [m]
+  std::optional<double> centre_loaded;     ///< the same, loaded [m]
 };
 
 /// A type of coupler of a train list. What is left out is as the scenario has it.

@@ -12,24 +12,27 @@ namespace train_derail::model {
 
 /// One rigid car.
 struct Car {
-  std::string body;            ///< name of its block
-  double mass;                 ///< M = W / g [kg]
-  double weight;               ///< W, on the rails [N]
-  double yaw_inertia;          ///< I, about the vertical axis through the centre of mass [kg m^2]
-  double length;               ///< L, between the coupler pins [m]
-  double truck_spacing;        ///< D, between the truck centres [m]
-  double width;                ///< of the footprint, whose length is L [m]
-  double centre_height = 0.0;  ///< of the centre of mass above the rail [m]
-  double floor_height = 0.0;   ///< of the underside of the body above the rail [m]
-  double roof_height = 0.0;    ///< of its top [m]
-  std::string coupler_type{};  ///< inputs::CarBlock::coupler_type
-  bool cylinder = false;       ///< the body is a cylinder with domed heads, not a box
-  double roll_inertia = 0.0;   ///< about the axis along the car through the centre of mass [kg m^2]
+  std::string body;                ///< name of its block
+  double mass;                     ///< M = W / g [kg]
+  double weight;                   ///< W, on the rails [N]
+  double yaw_inertia;              ///< I, about the vertical axis through the centre of mass [kg m^2]
+  double length;                   ///< L, between the coupler pins [m]
+  double truck_spacing;            ///< D, between the truck centres [m]
+  double width;                    ///< of the footprint, whose length is L [m]
+  double centre_height = 0.0;      ///< of the centre of mass above the rail [m]
+  double floor_height = 0.0;       ///< of the underside of the body above the rail [m]
+  double roof_height = 0.0;        ///< of its top [m]
+  double underframe_height = 0.0;  ///< of what it lies on without trucks, along its length; at most floor_height [m]
+  double underframe_width = 0.0;   ///< width of that [m]
+  std::string coupler_type{};      ///< inputs::CarBlock::coupler_type
+  bool cylinder = false;           ///< the body is a cylinder with domed heads, not a box
+  double roll_inertia = 0.0;       ///< about the axis along the car through the centre of mass [kg m^2]
 
   bool operator==(const Car& other) const {
     const auto all = [](const Car& c) {
       return std::tie(c.body, c.mass, c.weight, c.yaw_inertia, c.length, c.truck_spacing, c.width, c.centre_height,
-                      c.floor_height, c.roof_height, c.roll_inertia, c.cylinder, c.coupler_type);
+                      c.floor_height, c.roof_height, c.underframe_height, c.underframe_width, c.roll_inertia,
+                      c.cylinder, c.coupler_type);
     };
     return all(*this) == all(other);
   }
