@@ -66,14 +66,17 @@ Support::Support(const inputs::Scenario& s, const model::Car& car, const SimTK::
                          0.25 * car.mass * inputs::kStandardGravity / spring.stiffness});
     }
   }
-  for (const double x : {-0.5, 0.0, 0.5}) {
-    for (const double y : {-0.5, 0.5}) {
-      for (const double z : {car.floor_height, car.roof_height}) {
-        const Vec3 corner(x * car.length, y * car.width, z - car.centre_height);
+  const auto lies_on = [&](double height, double width) {
+    for (const double x : {-0.5, 0.0, 0.5}) {
+      for (const double y : {-0.5, 0.5}) {
+        const Vec3 corner(x * car.length, y * width, height - car.centre_height);
         points_.push_back({kBody, corner, s.terrain.body_stiffness, ground_damping_, 0.0});
       }
     }
-  }
+  };
+  lies_on(car.floor_height, car.width);
+  lies_on(car.roof_height, car.width);
+  if (car.underframe_height < car.floor_height) lies_on(car.underframe_height, car.underframe_width);
 }
 
 void Support::set_weights(State& state) const {

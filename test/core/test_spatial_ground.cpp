@@ -180,7 +180,10 @@ TEST(OffTheRails, ABodyWithoutTrucksTipsOverItsUnderframe) {
 
 TEST(OffTheRails, ABodyWithoutTrucksLeansUntilItsFloorIsOnTheGround) {
   inputs::Scenario s = on_a_narrow_underframe();
-  s.consist[0].underframe_height = 0.7;  // so that it does not fall over by its swing
+  // Its centre is then between the two edges that it lies on, and its swing does not throw it over.
+  s.consist[0].centre_height = 2.3;
+  s.consist[0].underframe_height = 0.7;
+  s.consist[0].underframe_width = 1.0;
   const inputs::CarBlock& block = s.consist[0];
   const double deep = *block.floor_height - *block.underframe_height,
                beside = 0.5 * (block.width - *block.underframe_width);
