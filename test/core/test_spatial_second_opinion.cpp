@@ -67,6 +67,7 @@ Vector3d standing(const inputs::Scenario& s, double x, double y) {
 Case one_car() {
   inputs::Scenario s = on_the_bank(1);
   s.terrain.ballast_height = 0.3;
+  s.consist[0].underframe_height = 0.25;  // low enough to come to the ground as it goes over
   return {"one car",
           s,
           {at(standing(s, 50.0, 0.5), turned(0.2, Vector3d::UnitZ()), {6.0, 4.0, 0.0}, {-0.3, 0.0, 0.4})},
@@ -217,6 +218,10 @@ const Change kChanges[] = {
     {"yaw inertia", one_car, [](inputs::Scenario& s) { s.consist[0].yaw_inertia = kMore * car_of(s).yaw_inertia; }},
     {"height", one_car, [](inputs::Scenario& s) { s.consist[0].centre_height = kMore * car_of(s).centre_height; }},
     {"width", one_car, [](inputs::Scenario& s) { s.consist[0].width *= kMore; }},
+    {"underframe", one_car,
+     [](inputs::Scenario& s) { s.consist[0].underframe_height = kMore * car_of(s).underframe_height; }},
+    {"underframe width", one_car,
+     [](inputs::Scenario& s) { s.consist[0].underframe_width = kMore * car_of(s).underframe_width; }},
     {"spring", one_car, [](inputs::Scenario& s) { s.suspension.stiffness *= kMore; }},
     {"damper", one_car, [](inputs::Scenario& s) { s.suspension.damping_ratio *= kMore; }},
     {"half base", one_car, [](inputs::Scenario& s) { s.suspension.half_base *= kMore; }},
