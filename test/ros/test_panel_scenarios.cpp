@@ -6,8 +6,10 @@
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <yaml-cpp/yaml.h>
+#include <QAbstractItemView>
 #include <QApplication>
 #include <QCheckBox>
+#include <QClipboard>
 #include <QComboBox>
 #include <QDir>
 #include <QFileDialog>

@@ -5,9 +5,12 @@
 #include <gtest/gtest.h>
 #include <QComboBox>
 #include <QLineEdit>
+#include <QScreen>
 #include <QScrollArea>
+#include <QScrollBar>
 #include <QTest>
 #include <QToolButton>
+#include <QWindow>
 
 #include "node_client.hpp"
 #include "panel_fixture.hpp"
