@@ -56,6 +56,11 @@ inline QVBoxLayout* make_column(QWidget* box) {
   return column;
 }
 
+/// Without repeating what is so already: that draws anew.
+inline void enable(QWidget* widget, bool enabled) {
+  if (widget->isEnabledTo(widget->parentWidget()) != enabled) widget->setEnabled(enabled);
+}
+
 inline void mark_wrong(QWidget* editor, bool wrong) {
   QPalette palette;  // the application's
   if (wrong) {

@@ -70,6 +70,7 @@ inline bool is_replay(const NodeView& view) { return !view.present && !view.play
 /// The node plays a run that was recorded: its inputs cannot be changed.
 inline bool plays_a_recording(const NodeView& view) { return view.run_info && view.run_info->replay; }
 
+/// The run is over, whatever has ended it.
 inline bool has_ended(const NodeView& view) {
   return view.run_info && (view.run_info->state == RunInfo::ENDED || view.run_info->state == RunInfo::FAILED);
 }

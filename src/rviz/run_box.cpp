@@ -201,10 +201,7 @@ void RunBox::enable_buttons(const NodeView& view) {
   const int state = view.run_info ? view.run_info->state : -1;
   const bool stepping = pending("step"), ended = has_ended(view), recorded = plays_a_recording(view);
   const bool drivable = !is_replay(view);
-  const auto set = [drivable](QWidget* widget, bool enabled) {
-    enabled = enabled && drivable;
-    if (widget->isEnabledTo(widget->parentWidget()) != enabled) widget->setEnabled(enabled);
-  };
+  const auto set = [drivable](QWidget* widget, bool enabled) { enable(widget, enabled && drivable); };
   const QString over = state == RunInfo::FAILED ? tr("The run has failed: \"Run again\" begins a new one.")
                        : recorded               ? tr("The recording is over: \"Play again\" begins at its start.")
                                                 : tr("The run has ended: \"Run again\" begins a new one.");

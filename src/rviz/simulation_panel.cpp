@@ -315,10 +315,7 @@ void SimulationPanel::enable_buttons(const NodeView& view) {
   const auto pending = [&](const char* service) { return view.pending.count(service) > 0; };
   const bool recorded = plays_a_recording(view);
   const bool drivable = !is_replay(view), changeable = drivable && !recorded;
-  const auto set = [drivable](QWidget* widget, bool enabled) {
-    enabled = enabled && drivable;
-    if (widget->isEnabledTo(widget->parentWidget()) != enabled) widget->setEnabled(enabled);
-  };
+  const auto set = [drivable](QWidget* widget, bool enabled) { enable(widget, enabled && drivable); };
   const QString read_only = tr("A recorded run has the inputs that it has.");
   set(inputs_, changeable);
   set(scenario_, changeable && !pending("restart"));

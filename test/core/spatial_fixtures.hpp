@@ -28,19 +28,8 @@ class SpatialTrain final : private solver::SteppedSystem {
     integrator_ = solver::make_integrator(s.solver, system, 0.0, state);
   }
 
-  /// Goes on from where another one is now, with the same inputs or others.
-  SpatialTrain(const inputs::Scenario& s, SpatialTrain& saved) : model_(s) {
-    files::Archive saving;
-    saved.model_.walk(saved.time(), saved.data(), saving);
-    files::Archive restoring(saving.bytes());
-    const model::StateVector& state = saved.integrator_->state();
-    model_.walk(saved.time(), state.data(), restoring);
-    solver::SteppedSystem& system = *this;
-    integrator_ = solver::make_integrator(s.solver, system, saved.time(), state);
-  }
-
-  /// The same, but with its cars there.
-  SpatialTrain(const inputs::Scenario& s, SpatialTrain& saved, const std::vector<model::SpatialMotion>& cars)
+  /// Goes on from where another one is now, with the same inputs or others; `cars`: with its cars there.
+  SpatialTrain(const inputs::Scenario& s, SpatialTrain& saved, const std::vector<model::SpatialMotion>& cars = {})
       : model_(s) {
     files::Archive saving;
     saved.model_.walk(saved.time(), saved.data(), saving);
