@@ -11,8 +11,9 @@ from derail_plots import style
 from derail_plots.errors import DataError
 from derail_plots.tables import table
 
-COLUMNS = ('cars', 'time_s', 'position_m', 'force_N', 'force_peak_N')
+COLUMNS = ('cars', 'time_s', 'position_m', 'angle_rad', 'force_N', 'force_peak_N')
 LEAST_POSITION = 1e-13  # m; below is rounding
+LEAST_ANGLE = 1e-13  # rad
 LEAST_SHARE = 1e-13
 LIMIT = {'color': style.GREY, 'linewidth': 0.9}
 ENGINES = (('purpose_built', 'purpose-built model'), ('multibody', 'multibody engine'))
@@ -54,29 +55,54 @@ def _cars(count):
     return '1 car' if count == 1 else f'{count} cars'
 
 
+def _force_share(d):
+    loaded = d['force_peak_N'] > 0.0
+    return d['time_s'][loaded], d['force_N'][loaded] / d['force_peak_N'][loaded]
+
+
+def _judged(summary):
+    """(title, what a train has of it, the least that is drawn, what was allowed) of either panel."""
+    early = summary['early']
+    position = (
+        'Largest difference of a position so far, m',
+        lambda d: (d['time_s'], d['position_m']),
+        LEAST_POSITION,
+        early['position_allowed'],
+    )
+    if summary['model'] == 'spatial':
+        return position, (
+            'Of the angle of a car, rad',
+            lambda d: (d['time_s'], d['angle_rad']),
+            LEAST_ANGLE,
+            early['angle_allowed'],
+        )
+    return position, (
+        'Of a coupler force, over the largest force so far',
+        _force_share,
+        LEAST_SHARE,
+        summary['criteria']['force'],
+    )
+
+
 def growth(summary, trains):
     """Difference of the two engines over time, from the same start at tight tolerance."""
     figure, axes = style.panels(2, 2, style.TWO_COLUMNS, 2.9)
-    criteria = summary['criteria']
-    for i, (cars, d) in enumerate(sorted(trains.items())):
-        look = {**style.series(i), 'markevery': max(len(d['time_s']) // 8, 1), 'linewidth': 1.0}
-        position = np.maximum.accumulate(d['position_m'])
-        axes[0].plot(d['time_s'], np.maximum(position, LEAST_POSITION), **look)
-        loaded = d['force_peak_N'] > 0.0
-        share = np.maximum.accumulate(d['force_N'][loaded] / d['force_peak_N'][loaded])
-        axes[1].plot(d['time_s'][loaded], np.maximum(share, LEAST_SHARE), **look)
-    for ax, limit in zip(axes, (criteria['position'], criteria['force'])):
+    until = summary['early']['time_judged']
+    for ax, (title, values, least, allowed) in zip(axes, _judged(summary)):
+        for i, d in enumerate(train for _, train in sorted(trains.items())):
+            look = {**style.series(i), 'markevery': max(len(d['time_s']) // 8, 1), 'linewidth': 1.0}
+            time, apart = values(d)
+            ax.plot(time, np.maximum(np.maximum.accumulate(apart), least), **look)
         _decades(ax)
-        ax.plot([0.0, criteria['early']], [limit, limit], **LIMIT, linestyle='-')
-        ax.axvline(criteria['early'], **LIMIT, linestyle=style.DASHES[2])
+        ax.plot([0.0, until], [allowed, allowed], **LIMIT, linestyle='-')
+        ax.axvline(until, **LIMIT, linestyle=style.DASHES[2])
         ax.set_xlabel('time, s')
         ax.set_xlim(left=0.0)
-    axes[0].set_title('Largest difference of a position so far, m')
-    axes[1].set_title('Of a coupler force, over the largest force so far')
+        ax.set_title(title)
     handles = [
         Line2D([], [], **style.series(i), label=_cars(cars)) for i, cars in enumerate(sorted(trains))
     ]
-    handles.append(Line2D([], [], **LIMIT, label=f"allowed in the first {criteria['early']:g} s"))
+    handles.append(Line2D([], [], **LIMIT, label=f'allowed of the whole train in the first {until:g} s'))
     style.legend(figure, handles, len(handles))
     style.heading(
         figure,
@@ -103,8 +129,7 @@ def ensembles(summary):
                 linestyle=look['linestyle'],
             )
         unit = q['shown_unit']
-        if unit == 'cars':
-            ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+        ax.xaxis.set_major_locator(MaxNLocator(4, integer=unit == 'cars', min_n_ticks=1))
         ax.set_xlabel(f"{q['title']}, {unit}" if unit != 'cars' else q['title'])
         ax.set_title(f"p = {min(q['p_distance'], q['p_precedence']):.2g}")
     for ax in axes[::3]:

@@ -10,7 +10,7 @@ import shutil
 
 import numpy as np
 
-from plot_testing import PlotTest, refusal, run_tests, script
+from plot_testing import SCRIPTS, PlotTest, refusal, run_tests, script
 
 import plot_verify
 from derail_plots import verification
@@ -23,6 +23,9 @@ class PlotVerifyTest(PlotTest):
         cls.results = cls.path('results')
         short = ['--set', 'stop.time_max=1 s', '--set', 'consist[0].count=3', '--runs', '8']
         cls.derail('verify', cls.path('scenario.yaml'), *short, '--out', cls.results)
+        cls.in_space = cls.path('in_space')
+        scenario = os.path.join(SCRIPTS, '..', 'config', 'verify3d.yaml')
+        cls.derail('verify', scenario, '--set', 'stop.time_max=0.5 s', '--runs', '2', '--out', cls.in_space)
 
     def test_pictures_are_there_and_not_blank(self):
         done = script('plot_verify.py', self.results)
@@ -47,6 +50,21 @@ class PlotVerifyTest(PlotTest):
                 np.testing.assert_allclose(
                     np.sort(line.get_xdata())[:-1] * q['per_shown'], np.sort(q[engine])
                 )
+
+    def test_limits_are_those_by_which_each_was_judged(self):
+        for folder, second in ((self.results, 'force'), (self.in_space, 'angle')):
+            summary = verification.read_summary(folder)
+            figure = verification.growth(summary, verification.read_differences(folder))
+            early, criteria = summary['early'], summary['criteria']
+            allowed = (early['position_allowed'], early['angle_allowed'] if second == 'angle' else criteria['force'])
+            for ax, limit in zip(figure.axes, allowed):
+                drawn = ax.lines[3]  # after three trains
+                np.testing.assert_allclose(drawn.get_xdata(), [0.0, early['time_judged']])
+                np.testing.assert_allclose(drawn.get_ydata(), [limit, limit])
+                whole_train = ax.lines[2]
+                inside = whole_train.get_xdata() <= early['time_judged']
+                self.assertLess(whole_train.get_ydata()[inside].max(), limit)
+            self.assertIn(second, figure.axes[1].get_title())
 
     def test_what_is_wrong_is_named(self):
         broken = self.path('broken')
