@@ -176,7 +176,7 @@ void describe_rails(V& v, R& r) {
   v.number("flange_height", r.flange_height, {"m", "in", between_or_infinite(0, 1), between_or_infinite(0.02, 0.04)},
            {"Lift of the wheels of one side above the rail beyond which nothing guides a truck: after derail_time it "
             "leaves the rails.",
-            &kSpatial});
+            &kFlange});
   v.number("torn_length", r.torn_length, {"m", "ft", between(0, 100), between(0, 30)},
            {"Length of track that a truck tears up where it leaves the rails; 0: none.", &kYieldingRails});
   v.number("rolling_share", r.rolling_share, {"1", "", between(0, 1), between(0, 0.5)},

@@ -200,6 +200,8 @@ inline constexpr When kContact{[](const Scenario& s) { return s.contact.law == C
                                "contact.law: elastic"};
 inline constexpr When kExtended{[](const Scenario& s) { return model_of(s) == Model::extended; }, "model: extended"};
 inline constexpr When kSpatial{[](const Scenario& s) { return s.model == Model::spatial; }, "model: spatial"};
+inline constexpr When kFlange{[](const Scenario& s) { return kSpatial.holds(s) && kYieldingRails.holds(s); },
+                              "model: spatial, ground.on_track_law: rails and a finite rails.derail_ratio"};
 inline constexpr When kDraftGear{[](const Scenario& s) { return s.coupler.draft_gear_travel > 0.0; },
                                  "a coupler.draft_gear_travel above 0"};
 inline constexpr When kSwingStop{[](const Scenario& s) { return s.coupler.swing_stiffness > 0.0; },

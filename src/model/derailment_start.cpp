@@ -28,6 +28,7 @@ void persist(const inputs::Scenario& s, Uniform& uniform, Generator& generator, 
 }  // namespace
 
 bool starts_with_front(const inputs::Scenario& s) {
+  if (s.initial.mechanism == inputs::Mechanism::broken_rail) return true;  // it comes to the broken rail first
   switch (s.initial.truck) {
     case inputs::FirstTruck::front: return true;
     case inputs::FirstTruck::rear: return false;

@@ -1,7 +1,9 @@
 // What is allowed but odd is said: values that do nothing, unusual numbers, trains of which nothing was compared with
 // reality. And what would have no end is refused before it begins, with its number and the limit.
+#include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -98,6 +100,17 @@ TEST(Warnings, AChangeToTheDefaultThatDoesNothingIsSaid) {
   EXPECT_EQ(said(shipped("accident.yaml", acts), acts), Texts{});
 }
 
+TEST(Warnings, InSpaceFlangesGuideWhereRailsYield) {
+  const std::vector<inputs::Override> given{{"rails.flange_height", "1.5 in"}};
+  EXPECT_EQ(said(shipped("dads20.yaml", given), given), Texts{});
+  const std::vector<inputs::Override> firm{{"rails.derail_ratio", ".inf"}, given[0]};
+  const Texts idle = said(shipped("dads20.yaml", firm), firm);
+  EXPECT_EQ(std::count(idle.begin(), idle.end(),
+                       "rails.flange_height = 1.5 in: no effect: it acts with model: spatial, ground.on_track_law: "
+                       "rails and a finite rails.derail_ratio"),
+            1);
+}
+
 TEST(Warnings, TheWholeScenarioReadsBackWithoutNoise) {
   for (const char* name : {"baseline.yaml", "accident.yaml"}) {
     const Scenario s = shipped(name);
@@ -114,31 +127,54 @@ std::string motion(const Scenario& s) {
   return text;
 }
 
+/// Other values of a key as with_values() takes them: half and half as much again of a number, all choices of a choice.
+Texts other_values(const Scenario& s, const inputs::KeyValue& v) {
+  if (!v.unit.empty() && v.value == ".inf") return {"1e6"};
+  if (!v.unit.empty()) {
+    const double now = std::strtod(v.value.c_str(), nullptr);
+    return {fmt::format("{}", 0.5 * now), fmt::format("{}", 1.5 * now)};
+  }
+  try {
+    inputs::with_values(s, {{v.key, "no such choice"}});
+  } catch (const inputs::InputError& e) {
+    const std::string text = e.what(), before = "allowed: ";
+    const auto at = text.rfind(before);
+    Texts choices;
+    std::istringstream list(at == std::string::npos ? "" : text.substr(at + before.size()));
+    for (std::string choice; std::getline(list >> std::ws, choice, ',');) choices.push_back(choice);
+    return choices;
+  }
+  return {};  // any text will do: a name
+}
+
 // The conditions of schema.hpp are true: what is said to have no effect has none.
 TEST(Warnings, WhatIsSaidToDoNothingDoesNothing) {
-  Scenario rails =
-      shipped("accident.yaml", {{"consist[0].count", "1"}, {"consist[1].count", "5"}, {"initial.cars_ahead", "2"}});
+  const std::vector<inputs::Override> short_train{
+      {"consist[0].count", "1"}, {"consist[1].count", "5"}, {"initial.cars_ahead", "2"}};
+  Scenario rails = shipped("accident.yaml", short_train);
+  Scenario space = shipped("accident3d.yaml", short_train);
+  Scenario firm_rails = inputs::with_values(space, {{"rails.derail_ratio", ".inf"}});
   Scenario paper = shipped("baseline.yaml", {{"consist[0].count", "4"}, {"solver.fixed_step", "1 ms"}});
   Scenario paper_contact = shipped("decoupling.yaml", {{"consist[0].count", "4"}});
-  int idle = 0;
-  for (const Scenario& s : {rails, paper, paper_contact}) {
+  int idle = 0, choices = 0;
+  for (const Scenario& s : {rails, space, firm_rails, paper, paper_contact}) {
     const std::string before = motion(s);
     for (const auto& v : inputs::key_values(s)) {
-      if (v.acts_with.empty() || v.unit.empty() || v.key == "initial.cars_ahead" || v.key == "track.grade") continue;
+      if (v.acts_with.empty() || v.key == "initial.cars_ahead" || v.key == "track.grade") continue;
       if (v.key == "initial.perturbation.seed" || v.key.find("cars_ahead") != std::string::npos) continue;
-      for (const double factor : {0.5, 1.5}) {
-        const double changed = v.value == ".inf" ? 1e6 : std::strtod(v.value.c_str(), nullptr) * factor;
+      for (const std::string& changed : other_values(s, v)) {
         try {
-          EXPECT_EQ(motion(inputs::with_values(s, {{v.key, fmt::format("{}", changed)}})), before)
-              << v.key << " " << changed;
+          EXPECT_EQ(motion(inputs::with_values(s, {{v.key, changed}})), before) << v.key << " " << changed;
         } catch (const inputs::InputError& e) {  // what would switch a part on that has no law is refused, not idle
           EXPECT_NE(std::string(e.what()).find("works only with"), std::string::npos) << e.what();
         }
       }
       ++idle;
+      choices += v.unit.empty() ? 1 : 0;
     }
   }
-  EXPECT_GT(idle, 30);
+  EXPECT_GT(idle, 50);
+  EXPECT_GT(choices, 3);
 }
 
 // North is for pictures, whatever the law of the track.
