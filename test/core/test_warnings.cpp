@@ -127,15 +127,17 @@ std::string motion(const Scenario& s) {
   return text;
 }
 
-/// Other values of a key as with_values() takes them: half and half as much again of a number, all choices of a choice.
+/// Other values of a key as with_values() takes them: half and half as much again of a number, all choices of a choice,
+/// some text.
 Texts other_values(const Scenario& s, const inputs::KeyValue& v) {
   if (!v.unit.empty() && v.value == ".inf") return {"1e6"};
   if (!v.unit.empty()) {
     const double now = std::strtod(v.value.c_str(), nullptr);
     return {fmt::format("{}", 0.5 * now), fmt::format("{}", 1.5 * now)};
   }
+  const std::string any_text = "no such choice";
   try {
-    inputs::with_values(s, {{v.key, "no such choice"}});
+    inputs::with_values(s, {{v.key, any_text}});
   } catch (const inputs::InputError& e) {
     const std::string text = e.what(), before = "allowed: ";
     const auto at = text.rfind(before);
@@ -144,7 +146,7 @@ Texts other_values(const Scenario& s, const inputs::KeyValue& v) {
     for (std::string choice; std::getline(list >> std::ws, choice, ',');) choices.push_back(choice);
     return choices;
   }
-  return {};  // any text will do: a name
+  return {any_text};
 }
 
 // The conditions of schema.hpp are true: what is said to have no effect has none.
@@ -162,7 +164,9 @@ TEST(Warnings, WhatIsSaidToDoNothingDoesNothing) {
     for (const auto& v : inputs::key_values(s)) {
       if (v.acts_with.empty() || v.key == "initial.cars_ahead" || v.key == "track.grade") continue;
       if (v.key == "initial.perturbation.seed" || v.key.find("cars_ahead") != std::string::npos) continue;
-      for (const std::string& changed : other_values(s, v)) {
+      const Texts others = other_values(s, v);
+      EXPECT_FALSE(others.empty()) << v.key;
+      for (const std::string& changed : others) {
         try {
           EXPECT_EQ(motion(inputs::with_values(s, {{v.key, changed}})), before) << v.key << " " << changed;
         } catch (const inputs::InputError& e) {  // what would switch a part on that has no law is refused, not idle
