@@ -28,6 +28,7 @@ Observer::Observer(std::vector<model::Car> train, const inputs::Scenario& scenar
     : train_(std::move(train)),
       threshold_(scenario.outcome.off_track_threshold),
       stop_speed_(scenario.stop.speed),
+      bodies_press_(scenario.contact.law != inputs::ContactLaw::none),
       shortest_{inputs::kInfinity},
       longest_{-inputs::kInfinity},
       off_track_(train_.size(), 0),
@@ -73,10 +74,15 @@ void Observer::sample(double t, const std::vector<PlanMotion>& motion) {
     const double centres = std::hypot(motion[k - 1].vx - motion[k].vx, motion[k - 1].vy - motion[k].vy);
     if (centres > centres_.speed) centres_ = {centres, static_cast<int>(k), t};
   }
-  touches(t, motion);
+  if (!bodies_press_) find_touches(t, motion);
 }
 
-void Observer::touches(double t, const std::vector<PlanMotion>& motion) {
+void Observer::note(const outcome::FirstTouch& touch) {
+  ++touches_;
+  if (touch.speed > closing_.speed) closing_ = touch;
+}
+
+void Observer::find_touches(double t, const std::vector<PlanMotion>& motion) {
   std::set<std::pair<std::size_t, std::size_t>> now;
   for (std::size_t a = 0; a < train_.size(); ++a) {
     for (std::size_t b = a + 1; b < train_.size(); ++b) {
@@ -86,17 +92,9 @@ void Observer::touches(double t, const std::vector<PlanMotion>& motion) {
       if (!contact) continue;
       now.emplace(a, b);
       if (touching_.count({a, b}) > 0) continue;
-      ++touches_;
       const Vector2 approach = velocity(motion[b], contact->point) - velocity(motion[a], contact->point);
-      if (approach.norm() > closing_.speed) {
-        closing_ = {approach.norm(),
-                    approach.dot(contact->normal),
-                    static_cast<int>(a) + 1,
-                    static_cast<int>(b) + 1,
-                    t,
-                    contact->point.x(),
-                    contact->point.y()};
-      }
+      note({approach.norm(), approach.dot(contact->normal), static_cast<int>(a) + 1, static_cast<int>(b) + 1, t,
+            contact->point.x(), contact->point.y()});
     }
   }
   touching_ = std::move(now);

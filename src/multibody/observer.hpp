@@ -43,6 +43,10 @@ class Observer {
   /// Whether every truck centre was slower than stop.speed in the last sample.
   bool at_rest() const { return truck_speed_ < stop_speed_; }
 
+  /// Two cars have come to touch. Where bodies press on each other that is for the engine to say; else sample() finds
+  /// footprints that overlap.
+  void note(const outcome::FirstTouch& touch);
+
   /// A coupler breaks: its cars have nothing to do with each other any more.
   void part(std::size_t coupler) { parted_[coupler] = 1; }
 
@@ -64,10 +68,11 @@ class Observer {
 
  private:
   void consider(int coupler, double length, double t);
-  void touches(double t, const std::vector<PlanMotion>& motion);
+  void find_touches(double t, const std::vector<PlanMotion>& motion);
 
   const std::vector<model::Car> train_;
   const double threshold_, stop_speed_;
+  const bool bodies_press_;
   double time_ = 0.0;
   std::vector<Gap> gaps_;
   Extreme shortest_, longest_;

@@ -6,14 +6,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
+#include <memory>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include <Simbody.h>
 #include <Eigen/Geometry>
 
 #include "multibody/simbody_run.hpp"
 #include "multibody/spatial_bar.hpp"
+#include "multibody/spatial_contact.hpp"
+#include "multibody/spatial_events.hpp"
 #include "multibody/spatial_support.hpp"
 #include "multibody/start.hpp"
 #include "train_derail/outcome/posture.hpp"
@@ -52,37 +59,21 @@ class WrongGyroscope final : public SimTK::Force::Custom::Implementation {
   const std::vector<MobilizedBody> bodies_;
 };
 
-/// Event: a truck comes to the point of derailment, or hangs from a body that has rolled and carries nothing.
-class TruckLeaves final : public SimTK::TriggeredEventHandler {
+/// Event: something that holds, a positive number, does not hold any more.
+class GivesWay final : public SimTK::TriggeredEventHandler {
  public:
-  TruckLeaves(const Support& support, std::size_t truck, Stand from, Stand to)
-      : TriggeredEventHandler(Stage::Velocity), support_(support), truck_(truck), from_(from), to_(to) {
+  GivesWay(std::function<double(const State&)> holds, std::function<void(State&)> then)
+      : TriggeredEventHandler(Stage::Velocity), holds_(std::move(holds)), then_(std::move(then)) {
     getTriggerInfo().setTriggerOnRisingSignTransition(false).setRequiredLocalizationTimeWindow(1e-6);
   }
-  Real getValue(const State& state) const override {
-    if (support_.stand(state, truck_) != from_) return 1.0;
-    return from_ == Stand::on_rails ? -support_.along_track(state, truck_) : support_.holds_on(state, truck_);
-  }
-  void handleEvent(State& state, Real, bool&) const override { support_.set_stand(state, truck_, to_); }
+  Real getValue(const State& state) const override { return holds_(state); }
+  void handleEvent(State& state, Real, bool&) const override { then_(state); }
 
  private:
-  const Support& support_;
-  const std::size_t truck_;
-  const Stand from_, to_;
+  const std::function<double(const State&)> holds_;
+  const std::function<void(State&)> then_;
 };
-
-/// Event: a coupler breaks or slips out.
-class CouplerParts final : public SimTK::TriggeredEventHandler {
- public:
-  explicit CouplerParts(const SpatialBar& bar) : TriggeredEventHandler(Stage::Velocity), bar_(bar) {
-    getTriggerInfo().setTriggerOnRisingSignTransition(false).setRequiredLocalizationTimeWindow(1e-6);
-  }
-  Real getValue(const State& state) const override { return bar_.broken(state) ? 1.0 : bar_.holds(state); }
-  void handleEvent(State& state, Real, bool&) const override { bar_.part(state); }
-
- private:
-  const SpatialBar& bar_;
-};
+constexpr double kGone = 1.0;  // what has given way does so once
 
 Vec3 from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Eigen::Vector3d to_eigen(const Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -126,10 +117,15 @@ class Box {
 class SpatialRun final : public SimbodyRun {
  public:
   SpatialRun(const inputs::Scenario& s, const EngineOptions& o, const std::vector<BodyMotion>* start)
-      : SimbodyRun(s), past_(train_.size(), 0), parted_(train_.size() - 1, 0) {
+      : SimbodyRun(s),
+        drawn_(drawn_start(scenario_, train_)),
+        alignment_(scenario_.initial.perturbation, drawn_.x.back() - kFarthest, kFarthest),
+        past_(train_.size(), 0),
+        parted_(train_.size() - 1, 0) {
     build(o);
     State state = system_.realizeTopology();
     for (const Support* support : supports_) support->set_weights(state);
+    if (contacts_ != nullptr) contacts_->set_weights(state);
     place(state, start != nullptr ? *start : in_line());
     let_go(state);
     begin(state, o.accuracy > 0.0 ? o.accuracy : kUsualAccuracy);
@@ -161,19 +157,34 @@ class SpatialRun final : public SimbodyRun {
     // A slope of the whole track pulls along it; heights stay those of a level one.
     const double slope = std::sin(std::atan(scenario_.track.grade)), g = inputs::kStandardGravity;
     SimTK::Force::Gravity(forces_, matter_, Vec3(-g * slope, 0.0, -g));
+    auto pipe = std::make_unique<BrakePipe>(scenario_, forces_, drawn_.crew_delay);
+    auto torn = std::make_unique<TornTrack>(scenario_.rails.torn_length, forces_);
+    pipe_ = pipe.get();
+    torn_ = torn.get();
+    SimTK::Force::Custom(forces_, pipe.release());
+    SimTK::Force::Custom(forces_, torn.release());
+    const Support::Common common{scenario_,
+                                 forces_,
+                                 alignment_,
+                                 *pipe_,
+                                 *torn_,
+                                 o.settle_time,
+                                 o.fault == Fault::centre_below_rail ? -1.0 : 1.0};
     for (const model::Car& car : train_) {
       // As of a bar: the same about the lateral and the vertical axis.
       const SimTK::MassProperties mass(car.mass, Vec3(0.0),
                                        SimTK::Inertia(car.roll_inertia, car.yaw_inertia, car.yaw_inertia));
       const MobilizedBody& body = bodies_.emplace_back(matter_.updGround(), SimTK::Body::Rigid(mass));
-      auto support = std::make_unique<Support>(scenario_, car, body, forces_, o.settle_time,
-                                               o.fault == Fault::centre_below_rail ? -1.0 : 1.0);
+      auto support = std::make_unique<Support>(common, supports_.size(), car, body);
       supports_.push_back(support.get());
       SimTK::Force::Custom(forces_, support.release());
-      for (const std::size_t truck : {0U, 1U}) {
-        system_.addEventHandler(new TruckLeaves(*supports_.back(), truck, Stand::on_rails, Stand::off_rails));
-        system_.addEventHandler(new TruckLeaves(*supports_.back(), truck, Stand::off_rails, Stand::lost));
-      }
+      for (const std::size_t truck : {0U, 1U}) add_events(supports_.size() - 1, truck);
+    }
+    if (scenario_.contact.law != inputs::ContactLaw::none && train_.size() > 1) {
+      auto contacts = std::make_unique<BodyContacts>(scenario_, train_, bodies_, forces_, o.settle_time,
+                                                     o.fault == Fault::contact_at_centre);
+      contacts_ = contacts.get();
+      SimTK::Force::Custom(forces_, contacts.release());
     }
     const inputs::Coupler& law = scenario_.coupler;
     const double first_stiffness = law.draft_gear_travel > 0.0 ? law.draft_gear_stiffness : law.stiffness;
@@ -186,27 +197,87 @@ class SpatialRun final : public SimbodyRun {
                                               law.damping_ratio * critical_damping(first_stiffness, both),
                                               o.fault != Fault::no_roll_stop, bodies_[k - 1], rear, bodies_[k], front);
       bars_.push_back(bar.get());
-      system_.addEventHandler(new CouplerParts(*bar));
+      const SpatialBar* held = bar.get();
+      system_.addEventHandler(new GivesWay([held](const State& s) { return held->broken(s) ? kGone : held->holds(s); },
+                                           [this, held, k](State& s) {
+                                             // No step ends before it is broken; the event is located just beyond.
+                                             note_peaks(std::max(held->buff(s), -scenario_.coupler.break_draft),
+                                                        static_cast<int>(k), s.getTime());
+                                             held->part(s);
+                                             pipe_->open(s, k - 1);
+                                           }));
       SimTK::Force::Custom(forces_, bar.release());
     }
     if (o.fault == Fault::gyroscopic_sign)
       SimTK::Force::Custom(forces_, new WrongGyroscope({bodies_.begin(), bodies_.end()}));
   }
 
-  /// Cars on the rails, as the scenario starts them: the front truck of the first one has come to the point of
-  /// derailment, and it turns about its rear truck.
+  void add_events(std::size_t car, std::size_t truck) {
+    const Support* support = supports_[car];
+    system_.addEventHandler(new GivesWay(
+        [=](const State& s) { return support->stand(s, truck) == Stand::on_rails ? support->stays(s, truck) : kGone; },
+        [=](State& s) {
+          if (support->at_the_end(s, truck)) kick(s, car, truck);
+          leave(s, car, truck);
+        }));
+    system_.addEventHandler(new GivesWay(
+        [=](const State& s) {
+          return support->stand(s, truck) == Stand::off_rails ? support->holds_on(s, truck) : kGone;
+        },
+        [=](State& s) { support->set_stand(s, truck, Stand::lost); }));
+  }
+
+  /// A truck leaves the rails and tears them; so do those that stand there.
+  void leave(State& state, std::size_t car, std::size_t truck) const {
+    supports_[car]->set_stand(state, truck, Stand::off_rails);
+    system_.realize(state, Stage::Velocity);
+    torn_->tear(state, supports_[car]->along_track(state, truck));
+    system_.realize(state, Stage::Velocity);
+    for (std::size_t k = 0; k < supports_.size(); ++k) {
+      for (const std::size_t t : {0U, 1U}) {
+        if (supports_[k]->stand(state, t) != Stand::on_rails) continue;
+        if (torn_->torn(state, supports_[k]->along_track(state, t))) leave(state, k, t);
+      }
+    }
+  }
+
+  /// The end of the rail pushes a truck aside: a blow across the car, at the height of its centre of mass.
+  void kick(State& state, std::size_t car, std::size_t truck) const {
+    system_.realize(state, Stage::Velocity);
+    const MobilizedBody::Free& body = bodies_[car];
+    const double arm = (truck == 0 ? 0.5 : -0.5) * train_[car].truck_spacing;
+    const double mass = train_[car].mass, inertia = train_[car].yaw_inertia;
+    const double blow = drawn_.kicks[2 * car + truck] / (1.0 / mass + arm * arm / inertia);
+    SimTK::SpatialVec motion = body.getBodyVelocity(state);
+    motion[0] += blow * arm / inertia * body.getBodyRotation(state).z().asVec3();
+    motion[1] += blow / mass * body.getBodyRotation(state).y().asVec3();
+    body.setUToFitVelocity(state, motion);
+  }
+
+  /// Cars on the rails, as the scenario starts them: the front truck of the first one to derail has come to the point
+  /// of derailment, and it turns about its rear truck.
   std::vector<BodyMotion> in_line() const {
-    const Start drawn = drawn_start(scenario_, train_);
-    const double half = 0.5 * train_.front().truck_spacing;
+    const auto first = static_cast<std::size_t>(scenario_.initial.cars_ahead);
+    const double speed = scenario_.initial.speed, lead = 0.5 * train_[first].truck_spacing;
     std::vector<BodyMotion> result;
     for (std::size_t k = 0; k < train_.size(); ++k) {
-      result.push_back({{drawn.x[k] - half, 0.0, train_[k].centre_height},
-                        Eigen::Matrix3d::Identity(),
-                        {scenario_.initial.speed, 0.0, 0.0},
-                        Eigen::Vector3d::Zero()});
+      // Both trucks are where the rails are, and follow them.
+      const double x = drawn_.x[k] - lead, half = 0.5 * train_[k].truck_spacing, step = 0.01;
+      const double front = alignment_.at(x + half), rear = alignment_.at(x - half);
+      const double front_moves = (alignment_.at(x + half + step) - front) / step * speed,
+                   rear_moves = (alignment_.at(x - half + step) - rear) / step * speed;
+      const double heading = std::atan2(front - rear, 2.0 * half);
+      BodyMotion m;
+      m.centre = {x, 0.5 * (front + rear), train_[k].centre_height};
+      m.axes = Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      m.velocity = {speed, 0.5 * (front_moves + rear_moves), 0.0};
+      m.rotation = {0.0, 0.0, (front_moves - rear_moves) / (2.0 * half)};
+      if (k == first) {
+        m.velocity.y() += half * drawn_.yaw_rate;
+        m.rotation.z() += drawn_.yaw_rate;
+      }
+      result.push_back(m);
     }
-    result.front().velocity.y() = half * drawn.yaw_rate;
-    result.front().rotation.z() = drawn.yaw_rate;
     return result;
   }
 
@@ -223,13 +294,18 @@ class SpatialRun final : public SimbodyRun {
   /// What is past its limit at the start: trucks past the point of derailment, couplers.
   void let_go(State& state) const {
     system_.realize(state, Stage::Velocity);
-    for (const Support* support : supports_) {
-      for (const std::size_t truck : {0U, 1U})
-        if (support->along_track(state, truck) >= 0.0) support->set_stand(state, truck, Stand::off_rails);
+    for (std::size_t k = 0; k < supports_.size(); ++k) {
+      for (const std::size_t truck : {0U, 1U}) {
+        system_.realize(state, Stage::Velocity);
+        if (supports_[k]->stand(state, truck) == Stand::on_rails && supports_[k]->at_the_end(state, truck))
+          leave(state, k, truck);
+      }
     }
-    for (const SpatialBar* bar : bars_) {
+    for (std::size_t i = 0; i < bars_.size(); ++i) {
       system_.realize(state, Stage::Velocity);
-      if (bar->holds(state) < 0.0) bar->part(state);
+      if (bars_[i]->holds(state) >= 0.0) continue;
+      bars_[i]->part(state);
+      pipe_->open(state, i);
     }
   }
 
@@ -244,7 +320,7 @@ class SpatialRun final : public SimbodyRun {
 
   void follow() override {
     system_.realize(state(), Stage::Velocity);
-    for (std::size_t k = 0; k < bodies_.size(); ++k)
+    for (auto k = static_cast<std::size_t>(scenario_.initial.cars_ahead); k < bodies_.size(); ++k)
       if (bodies_[k].getBodyOriginLocation(state())[0] >= 0.0) past_[k] = 1;
     for (std::size_t i = 0; i < bars_.size(); ++i) {
       const int coupler = static_cast<int>(i) + 1;
@@ -253,9 +329,26 @@ class SpatialRun final : public SimbodyRun {
         observer_.part(i);
         continue;
       }
-      const double buff = bars_[i]->buff(state());
-      if (buff > buff_peak_.force) buff_peak_ = {buff, coupler, time()};
-      if (-buff > draft_peak_.force) draft_peak_ = {-buff, coupler, time()};
+      note_peaks(bars_[i]->buff(state()), coupler, time());
+    }
+    if (contacts_ != nullptr) follow_contacts();
+  }
+
+  void note_peaks(double buff, int coupler, double t) {
+    if (buff > buff_peak_.force) buff_peak_ = {buff, coupler, t};
+    if (-buff > draft_peak_.force) draft_peak_ = {-buff, coupler, t};
+  }
+
+  void follow_contacts() {
+    system_.realize(state(), Stage::Dynamics);
+    constexpr double kSameTouch = 0.25;  // s: of the same two cars, closer together
+    for (const BodyContacts::Push& push : contacts_->pushes(state())) {
+      const auto last = touched_.try_emplace(std::pair(push.a, push.b), -inputs::kInfinity).first;
+      if (time() - last->second > kSameTouch) {
+        observer_.note({push.velocity.norm(), push.closing, static_cast<int>(push.a) + 1, static_cast<int>(push.b) + 1,
+                        time(), push.point[0], push.point[1]});
+      }
+      last->second = time();
     }
   }
 
@@ -285,10 +378,17 @@ class SpatialRun final : public SimbodyRun {
     for (const model::EnergyTerm& term : model::kEnergyTerms) o.energy.*term.term = kUnknown;
   }
 
+  static constexpr double kFarthest = 2000.0;  // from its place at the start, the rails are as they are there [m]
+  const Start drawn_;
+  const Alignment alignment_;
   std::vector<MobilizedBody::Free> bodies_;
-  std::vector<const Support*> supports_;  // the force subsystem owns these
+  std::vector<const Support*> supports_;  // the force subsystem owns these and what follows
+  const BrakePipe* pipe_ = nullptr;
+  const TornTrack* torn_ = nullptr;
+  const BodyContacts* contacts_ = nullptr;  // none without a law of contact, or with one car
   std::vector<const SpatialBar*> bars_;
   std::vector<char> past_, parted_;
+  std::map<std::pair<std::size_t, std::size_t>, double> touched_;  // when last [s]
   outcome::PeakForce buff_peak_, draft_peak_;
 };
 

@@ -47,15 +47,18 @@ struct Support::Moving {
   Vec3 velocity(const Vec3& station) const { return rates[1] + SimTK::cross(rates[0], arm(station)); }
 };
 
-Support::Support(const inputs::Scenario& s, const model::Car& car, const SimTK::MobilizedBody& body,
-                 const SimTK::GeneralForceSubsystem& forces, double settle_time, double lever_sign)
-    : scenario_(s),
+Support::Support(const Common& common, std::size_t number, const model::Car& car, const SimTK::MobilizedBody& body)
+    : common_(common),
+      scenario_(common.scenario),
+      number_(number),
       body_(body),
-      forces_(forces),
-      settle_time_(settle_time),
-      lever_sign_(lever_sign),
-      rail_damping_(s.rails.damping_ratio * critical_damping(s.rails.stiffness, 0.5 * car.mass)),
-      ground_damping_(s.terrain.body_damping_ratio * critical_damping(s.terrain.body_stiffness, 0.25 * car.mass)) {
+      forces_(common.forces),
+      settle_time_(common.settle_time),
+      lever_sign_(common.lever_sign),
+      rail_damping_(scenario_.rails.damping_ratio * critical_damping(scenario_.rails.stiffness, 0.5 * car.mass)),
+      ground_damping_(scenario_.terrain.body_damping_ratio *
+                      critical_damping(scenario_.terrain.body_stiffness, 0.25 * car.mass)) {
+  const inputs::Scenario& s = scenario_;
   const inputs::Suspension& spring = s.suspension;
   for (const int truck : {0, 1}) {
     const Vec3 middle((truck == 0 ? 0.5 : -0.5) * car.truck_spacing, 0.0, -car.centre_height);
@@ -86,7 +89,7 @@ void Support::set_weights(State& state) const {
 
 void Support::realizeTopology(State& state) const {
   stands_ = forces_.allocateDiscreteVariable(state, Stage::Dynamics, new SimTK::Value<Stands>(Stands()));
-  const SimTK::Vector none(static_cast<int>(3 * points_.size() + trucks_.size()), 0.0);
+  const SimTK::Vector none(static_cast<int>(3 * points_.size() + 3 * trucks_.size()), 0.0);
   strains_ = forces_.allocateZ(state, none);
   strain_rates_ = forces_.allocateCacheEntry(state, Stage::Dynamics, new SimTK::Value<SimTK::Vector>(none));
 }
@@ -102,23 +105,31 @@ void Support::calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVec>& f
   const Real* strain = &forces_.getZ(state)[strains_];
   Real* rate = &SimTK::Value<SimTK::Vector>::updDowncast(forces_.updCacheEntry(state, strain_rates_)).upd()[0];
   SimTK::SpatialVec sum(Vec3(0.0), Vec3(0.0));
-  std::array<double, 2> loads{};  // of trucks
+  std::array<Load, 2> loads;  // of trucks
   for (const Point& p : points_) {
     const Touch t = touch(car, stand, p, Vec3(strain[0], strain[1], strain[2]));
     for (int c = 0; c < 3; ++c) rate[c] = t.strain_rate[c];
     strain += 3;
     rate += 3;
     pull_at(sum, car, p.station, p.truck, t.force);
-    if (p.truck != kBody) loads[static_cast<std::size_t>(p.truck)] += t.force[2];
+    if (p.truck == kBody) continue;
+    Load& load = loads[static_cast<std::size_t>(p.truck)];
+    load.both += t.force[2];
+    load.more_left += p.station[1] > 0.0 ? t.force[2] : -t.force[2];
   }
+  const Real *overload = strain + trucks_.size(), *hung = overload + trucks_.size();
+  Real *overload_rate = rate + trucks_.size(), *hung_rate = overload_rate + trucks_.size();
   for (std::size_t i = 0; i < trucks_.size(); ++i) {
     rate[i] = -strain[i] / settle_time_;
+    overload_rate[i] = -overload[i] / settle_time_;
+    hung_rate[i] = -hung[i] / settle_time_;
     if (stand.of[i] != Stand::on_rails) continue;
-    const Vec3 place = car.place(trucks_[i]), velocity = car.velocity(trucks_[i]);
-    const double held = -scenario_.rails.stiffness * place[1] - rail_damping_ * velocity[1];
-    const Drag along = drag(velocity[0], loads[i], strain[i]);
+    const double lateral = held(car, i);
+    const Drag along = drag(car.velocity(trucks_[i])[0], common_.pipe.share(state, number_) * loads[i].both, strain[i]);
     rate[i] = along.strain_rate;
-    pull_at(sum, car, trucks_[i], static_cast<int>(i), Vec3(along.force, held, 0.0));
+    if (overloaded(lateral, loads[i])) overload_rate[i] = 1.0;
+    if (hangs(car, i, loads[i])) hung_rate[i] = 1.0;
+    pull_at(sum, car, trucks_[i], static_cast<int>(i), Vec3(along.force, lateral, 0.0));
   }
   forces[body_.getMobilizedBodyIndex()] += sum;
 }
@@ -134,6 +145,41 @@ double Support::holds_on(const State& state, std::size_t truck) const {
   for (const Point& p : points_)
     if (p.truck == static_cast<int>(truck)) most = std::max(most, pressing(car, p, false).push);
   return most;
+}
+
+double Support::stays(const State& state, std::size_t truck) const {
+  const double place = along_track(state, truck);
+  if (common_.torn.torn(state, place)) return -1.0;
+  const Real* since = &forces_.getZ(state)[strains_] + 3 * points_.size() + trucks_.size() + truck;
+  const double left = scenario_.rails.derail_time - std::max(since[0], since[trucks_.size()]);
+  return derails() ? std::min(left, -place) : left;
+}
+
+bool Support::at_the_end(const State& state, std::size_t truck) const {
+  return derails() && along_track(state, truck) >= 0.0;
+}
+
+bool Support::derails() const { return number_ >= static_cast<std::size_t>(scenario_.initial.cars_ahead); }
+
+double Support::held(const Moving& car, std::size_t truck) const {
+  const Vec3 place = car.place(trucks_[truck]);
+  const double aside = place[1] - common_.alignment.at(place[0]);
+  return -scenario_.rails.stiffness * aside - rail_damping_ * car.velocity(trucks_[truck])[1];
+}
+
+/// Rails push a truck to the left by the flanges of its right wheels.
+bool Support::overloaded(double lateral, const Load& load) const {
+  if (scenario_.rails.derail_ratio == inputs::kInfinity) return false;
+  const double flange = 0.5 * (lateral > 0.0 ? load.both - load.more_left : load.both + load.more_left);
+  return std::abs(lateral) > scenario_.rails.derail_ratio * std::min(load.both, 2.0 * flange);
+}
+
+bool Support::hangs(const Moving& car, std::size_t truck, const Load& load) const {
+  if (scenario_.rails.derail_ratio == inputs::kInfinity || load.both > std::abs(load.more_left)) return false;
+  double highest = -inputs::kInfinity;
+  for (const Point& p : points_)
+    if (p.truck == static_cast<int>(truck)) highest = std::max(highest, car.place(p.station)[2] - p.reach);
+  return highest > scenario_.rails.flange_height;
 }
 
 double Support::along_track(const State& state, std::size_t truck) const {
@@ -188,8 +234,8 @@ Support::Touch Support::touch(const Moving& car, const Stands& stands, const Poi
   return t;
 }
 
-Support::Drag Support::drag(double speed, double load, double strain) const {
-  const double stiffness = scenario_.terrain.body_stiffness, most = scenario_.brakes.rolling_resistance * load;
+Support::Drag Support::drag(double speed, double most, double strain) const {
+  const double stiffness = scenario_.terrain.body_stiffness;
   const double pull = -stiffness * strain - ground_damping_ * speed;
   if (std::abs(pull) <= most) return {pull, speed};
   const double rub = std::copysign(most, pull);

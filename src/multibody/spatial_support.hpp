@@ -8,6 +8,8 @@
 
 #include <Simbody.h>
 
+#include "multibody/spatial_events.hpp"
+#include "multibody/start.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/train.hpp"
 
@@ -23,9 +25,18 @@ double critical_damping(double stiffness, double mass);
 /// ground.
 class Support final : public SimTK::Force::Custom::Implementation {
  public:
-  /// Friction of a point that slides comes to its limit within `settle_time`. `lever_sign` -1: a mistake is put in.
-  Support(const inputs::Scenario& s, const model::Car& car, const SimTK::MobilizedBody& body,
-          const SimTK::GeneralForceSubsystem& forces, double settle_time, double lever_sign);
+  /// What the track under all cars and the train have in common; must outlive the supports.
+  struct Common {
+    const inputs::Scenario& scenario;
+    const SimTK::GeneralForceSubsystem& forces;
+    const Alignment& alignment;
+    const BrakePipe& pipe;
+    const TornTrack& torn;
+    double settle_time;  // friction of a point that slides comes to its limit within this
+    double lever_sign;   // -1: a mistake is put in
+  };
+  /// Of car `number`.
+  Support(const Common& common, std::size_t number, const model::Car& car, const SimTK::MobilizedBody& body);
 
   /// An error of a strain of the ground counts a hundredth of one of a place: it is forgotten within settle_time. Rails
   /// hold what stands.
@@ -35,6 +46,11 @@ class Support final : public SimTK::Force::Custom::Implementation {
   void set_stand(SimTK::State& state, std::size_t truck, Stand stand) const;
   /// Positive while a truck off the rails stays with its body.
   double holds_on(const SimTK::State& state, std::size_t truck) const;
+  /// Positive while a truck on the rails is on whole track, before the point of derailment if the rail is broken there
+  /// for this car, and has not been overloaded, or hung in the air, for too long.
+  double stays(const SimTK::State& state, std::size_t truck) const;
+  /// It has come to the broken rail.
+  bool at_the_end(const SimTK::State& state, std::size_t truck) const;
   double along_track(const SimTK::State& state, std::size_t truck) const;
 
   void realizeTopology(SimTK::State& state) const override;
@@ -73,15 +89,28 @@ class Support final : public SimTK::Force::Custom::Implementation {
                const SimTK::Vec3& force) const;
   Pressing pressing(const Moving& car, const Point& p, bool on_rails) const;
   Touch touch(const Moving& car, const Stands& stands, const Point& p, const SimTK::Vec3& strain) const;
-  /// What slows a truck on the rails down that carries so much: force along them, and how fast it strains them.
+  /// What slows a truck on the rails down, at most `most`: force along them, and how fast it strains them.
   struct Drag {
     double force, strain_rate;
   };
-  Drag drag(double speed, double load, double strain) const;
+  Drag drag(double speed, double most, double strain) const;
   /// Coefficient of friction of a point that is pulled that way.
   double friction(const Moving& car, const Point& p, const SimTK::Vec3& pull) const;
 
+  /// On the rails: load of both sides, and how much more of it the left one has.
+  struct Load {
+    double both = 0.0, more_left = 0.0;
+  };
+  /// The rail is broken for this car.
+  bool derails() const;
+  /// Lateral force of the rails.
+  double held(const Moving& car, std::size_t truck) const;
+  bool overloaded(double lateral, const Load& load) const;
+  bool hangs(const Moving& car, std::size_t truck, const Load& load) const;
+
+  const Common common_;
   const inputs::Scenario& scenario_;
+  const std::size_t number_;
   const SimTK::MobilizedBody body_;
   const SimTK::GeneralForceSubsystem& forces_;
   const double settle_time_, lever_sign_;
@@ -89,7 +118,9 @@ class Support final : public SimTK::Force::Custom::Implementation {
   std::vector<Point> points_;
   std::vector<SimTK::Vec3> trucks_;  // middles at the top of the rails
   mutable SimTK::DiscreteVariableIndex stands_;
-  mutable SimTK::ZIndex strains_;                // three of every point, then one of every truck along the rails
+  // Three of every point, then one of every truck along the rails, then for how long each has been overloaded, and has
+  // hung in the air [s].
+  mutable SimTK::ZIndex strains_;
   mutable SimTK::CacheEntryIndex strain_rates_;  // found with the forces
 };
 

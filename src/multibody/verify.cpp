@@ -262,8 +262,10 @@ Ensemble compare_ensembles(const inputs::Scenario& scenario, const VerifyOptions
   std::vector<outcome::Outcome> a(static_cast<std::size_t>(options.runs)), b(a.size());
   const auto compute = [&](std::size_t i) {
     inputs::Scenario s = scenario;
-    s.initial.perturbation = {options.spacing, space ? options.yaw_rate_in_space : options.yaw_rate,
-                              scenario.initial.perturbation.seed + static_cast<std::int64_t>(i) + 1};
+    inputs::Perturbation& p = s.initial.perturbation;
+    p.spacing = options.spacing;
+    p.yaw_rate = space ? options.yaw_rate_in_space : options.yaw_rate;
+    p.seed += static_cast<std::int64_t>(i) + 1;
     if (i < a.size()) return outcome_of(Engine(s, {0.0, false, options.fault}), stop);  // the long ones first
     return outcome_of(simulation::Simulation(s), stop);
   };

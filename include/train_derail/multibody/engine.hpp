@@ -20,9 +20,9 @@ namespace train_derail::multibody {
 void require();
 
 /// Checks that the engine computes such a scenario: the paper's model without further parts, or the model in three
-/// dimensions with springs and dampers of trucks, straight rails that hold, rolling resistance, one grade, ground with
-/// banks, and couplers that break and slip. Throws inputs::InputError, which names `where` (file or scenario) and all
-/// keys that ask for parts that it has not, their values and what is allowed.
+/// dimensions on straight track with one grade and one cross-section, a broken rail, air brakes and bodies that are
+/// boxes. Throws inputs::InputError, which names `where` (file or scenario) and all keys that ask for parts that it has
+/// not, their values and what is allowed.
 void require_parts(const inputs::Scenario& scenario, const std::string& where = "scenario");
 
 class EngineRun;
@@ -38,6 +38,7 @@ enum class Fault {
   gyroscopic_sign,     ///< space: the gyroscopic moment turns cars the wrong way
   centre_below_rail,   ///< space: forces on trucks act as far above the centre of mass as they should act below it
   no_roll_stop,        ///< space: a car that goes over does not take its neighbours along
+  contact_at_centre,   ///< space: cars push each other at their centres of mass instead of where they touch
 };
 
 /// EngineOptions of the engine.
