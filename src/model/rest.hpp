@@ -19,11 +19,11 @@ class Rest {
   static constexpr double kTime = 0.5;   ///< for which a car must be still [s]
   static constexpr double kPush = 0.02;  ///< change of a neighbour's force that wakes a car, over its weight
 
-  explicit Rest(std::size_t cars) : lying_(cars, false), still_for_(cars, 0.0) {}
+  explicit Rest(std::size_t cars) : lying_(cars, 0), still_for_(cars, 0.0) {}
 
   bool any() const { return count_ > 0; }
   bool all() const { return count_ == lying_.size(); }
-  bool lies(std::size_t car) const { return lying_[car]; }
+  bool lies(std::size_t car) const { return lying_[car] != 0; }
 
   /// It has been still for this long [s].
   double still_for(std::size_t car) const { return still_for_[car]; }
@@ -33,13 +33,13 @@ class Rest {
     return still_for_[car] >= kTime;
   }
   void lay(std::size_t car) {
-    lying_[car] = true;
+    lying_[car] = 1;
     ++count_;
   }
   /// Nothing if the car does not lie.
   void wake(std::size_t car) {
-    if (lying_[car]) --count_;
-    lying_[car] = false;
+    if (lies(car)) --count_;
+    lying_[car] = 0;
     still_for_[car] = 0.0;
   }
 
@@ -49,13 +49,15 @@ class Rest {
 
   void walk(files::Archive& archive) {
     archive.column("still_for", still_for_);
-    archive.flags("lying", lying_);
-    count_ = static_cast<std::size_t>(std::count(lying_.begin(), lying_.end(), true));
+    std::vector<bool> lying(lying_.begin(), lying_.end());
+    archive.flags("lying", lying);
+    lying_.assign(lying.begin(), lying.end());
+    count_ = static_cast<std::size_t>(std::count(lying_.begin(), lying_.end(), 1));
   }
 
  private:
-  std::vector<bool> lying_;
-  std::vector<double> still_for_;  // s
+  std::vector<unsigned char> lying_;  // 1 or 0: bits would cost more, and every loop asks
+  std::vector<double> still_for_;     // s
   std::size_t count_ = 0;
 };
 

@@ -32,21 +32,30 @@ struct Wrench {
   Eigen::Vector3d force, torque;  // N; about the centre of mass, world frame [N m]
 };
 
-/// What acts on a car in a step beside rails, couplers and what trucks stand on, by account.
-struct Accounts {
-  unsigned used = 0;  // those that are not empty
-  std::array<Wrench, kAccounts> of;
+/// What acts on each car in a step beside rails, couplers and what trucks stand on, by account.
+class Accounts {
+ public:
+  explicit Accounts(std::size_t cars) : used_(cars, 0), of_(cars) {}
 
-  void add(Account a, const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
-    Wrench& w = of[a];
-    if ((used & 1U << a) != 0) {
+  void clear() { std::fill(used_.begin(), used_.end(), 0); }
+  void clear(std::size_t car) { used_[car] = 0; }
+  void add(std::size_t car, Account a, const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+    Wrench& w = of_[car][a];
+    if (used(car, a)) {
       w.force += force;
       w.torque += torque;
     } else {
       w = {force, torque};
-      used |= 1U << a;
+      used_[car] = static_cast<unsigned char>(used_[car] | 1U << a);
     }
   }
+  bool any(std::size_t car) const { return used_[car] != 0; }
+  bool used(std::size_t car, Account a) const { return (used_[car] & 1U << a) != 0; }
+  const Wrench& of(std::size_t car, Account a) const { return of_[car][a]; }
+
+ private:
+  std::vector<unsigned char> used_;  // those that are not empty; apart, as most cars have none
+  std::vector<std::array<Wrench, kAccounts>> of_;
 };
 
 /// A car that does not change.
@@ -109,11 +118,10 @@ struct Body {
 class SpatialCars {
  public:
   SpatialCars(const inputs::Scenario& s, const std::vector<Car>& train, const SpatialKernels& kernels)
-      : scenario(s), n(train.size()), step(s.solver.fixed_step.value_or(0.0)), wide(kernels), rest(n) {
+      : scenario(s), n(train.size()), step(s.solver.fixed_step.value_or(0.0)), wide(kernels), accounts(n), rest(n) {
     for (const Car& c : train) bodies.emplace_back(c, s);
     for (auto* a : {&axes, &axes_before}) a->assign(9 * n, 0.0);
     for (auto* a : {&rotation, &spin, &force, &torque, &mean_rotation}) a->assign(3 * n, 0.0);
-    accounts.resize(n);
     swirl.assign(n, 0.0);
     motions_.resize(n);
     seen_at_.assign(n, 0);
@@ -137,7 +145,7 @@ class SpatialCars {
   std::vector<Body> bodies;
   SpatialArrays arrays;  // what the wide loops see; each part shows its own
   std::vector<double> axes, axes_before, rotation, spin, force, torque, mean_rotation;
-  std::vector<Accounts> accounts;  // of what acts on the cars in the step beside the wide loops
+  Accounts accounts;  // of what acts on the cars in the step beside the wide loops
   Rest rest;
   const double* state = nullptr;  // known last
   std::int64_t round = 0;         // of forces; each force on a car is found once in it
@@ -195,7 +203,7 @@ class SpatialCars {
   void push(std::size_t car, const Eigen::Vector3d& f, const Eigen::Vector3d& arm) { add(car, f, arm.cross(f)); }
   void push(std::size_t car, Account a, const Wrench& w) {
     add(car, w.force, w.torque);
-    accounts[car].add(a, w.force, w.torque);
+    accounts.add(car, a, w.force, w.torque);
   }
 
   /// The last step is over: its axes are the ones before.
@@ -213,12 +221,14 @@ class SpatialCars {
     wide.work(arrays, y, after, h, spent);
     std::array<double, kAccounts> given{};
     for (std::size_t k = 0; k < n; ++k) {
-      const Accounts& sum = accounts[k];
-      if (sum.used == 0) continue;
+      if (!accounts.any(k)) continue;
       const Eigen::Vector3d v = of_car(y + SVX * n, k) + of_car(after + SVX * n, k);
       const Eigen::Vector3d w = of_car(mean_rotation.data(), k);
-      for (std::size_t a = 0; a < kAccounts; ++a)
-        if ((sum.used & 1U << a) != 0) given[a] += sum.of[a].force.dot(v) + sum.of[a].torque.dot(w);
+      for (const Account a : {ON_TRACK, OFF_TRACK, BODY_GROUND, IMPACT_NORMAL, IMPACT_FRICTION}) {
+        if (!accounts.used(k, a)) continue;
+        const Wrench& sum = accounts.of(k, a);
+        given[a] += sum.force.dot(v) + sum.torque.dot(w);
+      }
     }
     for (std::size_t a = 0; a < kAccounts; ++a) spent.*kTaken[a] -= 0.5 * h * given[a];
   }

@@ -132,6 +132,8 @@ void SpatialContacts::press_all(double t, double h) {
   moved_ += 1.5 * h * (cars_.fastest + cars_.spinning);
   damped_.swap(damped_before_);
   std::fill(damped_.begin(), damped_.end(), 0.0);
+  const std::size_t n = cars_.n;
+  const double *vx = cars_.state + SVX * n, *vy = vx + n, *vz = vy + n, *swirl = cars_.swirl.data();
   // Who wakes may wake others.
   for (bool all = false; !all;) {
     all = true;
@@ -141,8 +143,8 @@ void SpatialContacts::press_all(double t, double h) {
       if (lie || pair.round == cars_.round) continue;
       pair.round = cars_.round;
       // As far as they were apart, less what they may have moved since then, they need not be looked at.
-      pair.apart -=
-          1.05 * h * ((cars_.velocity(a) - cars_.velocity(b)).cwiseAbs().sum() + cars_.swirl[a] + cars_.swirl[b]);
+      const double parting = std::abs(vx[a] - vx[b]) + std::abs(vy[a] - vy[b]) + std::abs(vz[a] - vz[b]);
+      pair.apart -= 1.05 * h * (parting + swirl[a] + swirl[b]);
       if (!(pair.apart > 0.0) && touch(t, h, pair)) all = false;
     }
   }

@@ -39,6 +39,7 @@ SpatialCouplers::SpatialCouplers(SpatialCars& cars, const std::vector<Car>& trai
   for (std::size_t i = 0; i < alive_.size(); ++i)
     damping_[i] = coupler_damping(cars.scenario.coupler, cars.bodies[i].mass, cars.bodies[i + 1].mass);
   stops_.resize(alive_.size());
+  engaged_.assign(alive_.size(), 0);
   held_.resize(alive_.size());
   for (std::size_t i = 0; i < alive_.size(); ++i) {
     const auto type = [&](std::size_t car) -> const std::string& { return train[car].coupler_type; };
@@ -132,7 +133,7 @@ void SpatialCouplers::couple_all() {
   const Rest& rest = cars_.rest;
   for (std::size_t i = 0; i < alive_.size(); ++i) {
     // The usual case: neither a stop nor a car that lies beside one that does not.
-    if (far_[i] == 0.0 && !stops_[i].engaged && !(rest.any() && rest.lies(i) != rest.lies(i + 1))) continue;
+    if (far_[i] == 0.0 && engaged_[i] == 0 && !(rest.any() && rest.lies(i) != rest.lies(i + 1))) continue;
     couple(i);
   }
 }
@@ -141,7 +142,8 @@ void SpatialCouplers::couple(std::size_t i) {
   Stops& found = stops_[i];
   const bool lead = cars_.rest.lies(i), trail = cars_.rest.lies(i + 1);
   if ((lead && trail) || found.round == cars_.round) return;
-  if (found.engaged) found = {};
+  if (engaged_[i] != 0) found = {};
+  engaged_[i] = 0;
   found.round = cars_.round;
   if (far_[i] > 0.0) engage_stops(i, bar(cars_.at(i), cars_.at(i + 1), i));
   if (!lead && !trail) return;
@@ -155,7 +157,7 @@ void SpatialCouplers::engage_stops(std::size_t i, const Bar& b) {
   const inputs::Coupler& law = cars_.scenario.coupler;
   const std::array<const SpatialMotion*, 2> both{&cars_.at(i), &cars_.at(i + 1)};
   Stops& found = stops_[i];
-  found.engaged = true;
+  engaged_[i] = 1;
   Vector3d gradient = Vector3d::Zero();  // of the energy against u
   double moments = 0.0;
   for (const int end : {0, 1}) {
@@ -219,6 +221,8 @@ bool SpatialCouplers::break_coupler(double t, std::size_t i) {
 }
 
 void SpatialCouplers::note_peaks(double t) {
+  const Incidents& in = record_.incidents;
+  if (peaks_.buff <= in.buff.force && peaks_.draft <= in.draft.force) return;
   for (std::size_t i = 0; i < alive_.size(); ++i) note_peak(t, i, axial_[static_cast<Eigen::Index>(i)]);
 }
 
@@ -234,10 +238,11 @@ void SpatialCouplers::hold(std::size_t i) {
 
 bool SpatialCouplers::give_way(double t) {
   bool any = false;
+  const double most = cars_.scenario.coupler.break_draft;
+  const bool all_bear = peaks_.draft <= most && peaks_.rise <= least_slip_;
   for (std::size_t i = 0; i < alive_.size(); ++i) {
-    const bool held = -axial_[static_cast<Eigen::Index>(i)] <= cars_.scenario.coupler.break_draft &&
-                      std::abs(rise_[i]) <= least_slip_ && !stops_[i].engaged;
-    if (!held && break_coupler(t, i)) any = true;
+    const bool bears = all_bear || (-axial_[static_cast<Eigen::Index>(i)] <= most && std::abs(rise_[i]) <= least_slip_);
+    if (!(bears && engaged_[i] == 0) && break_coupler(t, i)) any = true;
   }
   return any;
 }

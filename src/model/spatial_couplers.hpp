@@ -56,6 +56,8 @@ class SpatialCouplers {
   /// As people see it; forces that are not of the bar itself are left at zero if it is broken.
   CouplerObservation observe(const SpatialMotion& lead, const SpatialMotion& trail, std::size_t i) const;
 
+  /// Forces along the couplers, by the wide loops.
+  void pull() { peaks_ = cars_.wide.couple(cars_.arrays, cars_.state); }
   /// What the wide loops leave of a coupler: stops, and what may break it. Wakes a car that lies if it pulls otherwise.
   void couple(std::size_t i);
   /// The same for all of them.
@@ -70,7 +72,6 @@ class SpatialCouplers {
 
  private:
   struct Stops {
-    bool engaged = false;
     double swing = 0.0, moment = 0.0, vertical = 0.0, twist = 0.0;
     double effort = 0.0;  // of all stops, as a force [N]
     std::int64_t round = 0;
@@ -89,7 +90,9 @@ class SpatialCouplers {
   Waker& waker_;
   ArrayX axial_;
   std::vector<double> alive_, damping_, far_, rise_, bars_, about_lead_, about_trail_, pin_axial_, pin_damper_;
-  std::vector<Stops> stops_;  // what may break or slip, as found last
+  CouplerExtremes peaks_;
+  std::vector<unsigned char> engaged_;  // 1 where stops were found engaged, else 0
+  std::vector<Stops> stops_;            // what may break or slip, as found last
   std::vector<inputs::CouplerHold> holds_;
   double least_slip_ = inputs::kInfinity;  // at which any of them slips [m]
   std::vector<Held> held_;                 // where one of the two cars lies still: axial force, effort of the stops

@@ -10,15 +10,19 @@ namespace {
 
 // Assumed: enough to come to rest within some seconds, too little to change how tanks come to lie.
 constexpr double kRocking = 0.1;
+constexpr Three<double> kNone{0.0, 0.0, 0.0};
 
 }  // namespace
 
 SpatialGround::SpatialGround(SpatialCars& cars, const SpatialBed& bed) : cars_(cars), bed_(bed) {
-  sheared_.assign(kPoints * cars.n, Vector3d::Zero());
+  sheared_.assign(kPoints * cars.n, kNone);
   sheared_next_ = sheared_;
   feet_.assign(kPoints * cars.n, 0.0);
   lies_.assign(cars.n, false);
   above_.assign(cars.n, 0.0);
+  for (const Body& b : cars.bodies) {
+    for (std::size_t i = 0; i < kPoints; ++i) corner_.push_back(corner_of(b, i));
+  }
 }
 
 void SpatialGround::press_near(std::size_t car, double s) {
@@ -31,8 +35,9 @@ void SpatialGround::press_near(std::size_t car, double s) {
   const double highest = bed_.highest_ground(s, 4.0 * b.radius);
   above_[car] = lowest - highest;
   if (lowest > highest) {
-    if (lies_[car])
-      std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(kPoints * car), kPoints, Vector3d::Zero());
+    if (!lies_[car]) return;
+    std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(kPoints * car), kPoints, kNone);
+    strained_.push_back(car);
     return;
   }
   const SpatialMotion& q = cars_.at(car);
@@ -40,6 +45,7 @@ void SpatialGround::press_near(std::size_t car, double s) {
   if (b.cylinder) press_shell(sum, q, car, s);
   else press_edges(sum, q, car, s, highest);
   lie(car, sum);
+  if (lies_[car]) strained_.push_back(car);
 }
 
 double SpatialGround::press_body_point(OnGround& sum, const SpatialMotion& q, std::size_t car, std::size_t point,
@@ -47,18 +53,15 @@ double SpatialGround::press_body_point(OnGround& sum, const SpatialMotion& q, st
   const inputs::Terrain& terrain = cars_.scenario.terrain;
   const double damping = cars_.bodies[car].ground_damping, mu = terrain.body_friction * bed_.patch_factor(place, s);
   const Three<double> arm = three(place - q.centre), upward = three(up);
-  const GroundPoint<double> p{upward,
-                              bed_.level() ? 1.0 : 1.0 / up.norm(),
-                              three(q.velocity) + three(q.rotation).cross(arm),
-                              three(sheared_[point]),
-                              terrain.body_stiffness * depth,
-                              damping,
-                              damping};
+  const GroundPoint<double> p{
+      upward,          bed_.level() ? 1.0 : 1.0 / up.norm(), three(q.velocity) + three(q.rotation).cross(arm),
+      sheared_[point], terrain.body_stiffness * depth,       damping,
+      damping};
   const GroundPush<double> found =
       push_of_ground(p, terrain.body_stiffness, cars_.step, [&](const Three<double>&) { return mu; });
   const Vector3d turning = vector(arm.cross(upward)), rub = vector(found.rub),
                  rub_turning = vector(arm.cross(found.rub));
-  sheared_next_[point] = vector(found.strain);
+  sheared_next_[point] = found.strain;
   sum.any = true;
   sum.all.force += found.push * up + rub;
   sum.all.torque += found.push * turning + rub_turning;
@@ -74,7 +77,7 @@ void SpatialGround::press_edges(OnGround& sum, const SpatialMotion& q, std::size
   const Vector3d rise = q.axes.row(2);
   for (std::size_t i = 0; i < corners(b); ++i) {
     const std::size_t point = kPoints * car + i;
-    const Vector3d own = corner_of(b, i);
+    const Vector3d& own = corner_[point];
     if (q.centre.z() + rise.dot(own) < highest) {
       const Vector3d place = q.point(own);
       const Under under = ground_under(point, place, s);
@@ -84,7 +87,7 @@ void SpatialGround::press_edges(OnGround& sum, const SpatialMotion& q, std::size
         continue;
       }
     }
-    sheared_next_[point].setZero();
+    sheared_next_[point] = kNone;
   }
 }
 
@@ -92,8 +95,7 @@ void SpatialGround::press_edges(OnGround& sum, const SpatialMotion& q, std::size
 /// leave.
 void SpatialGround::press_shell(OnGround& sum, const SpatialMotion& q, std::size_t car, double s) {
   const Body& b = cars_.bodies[car];
-  std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(ball_point(car, 0, 0)), kBalls * kBallPoints,
-              Vector3d::Zero());
+  std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(ball_point(car, 0, 0)), kBalls * kBallPoints, kNone);
   std::array<double, kBalls> loads{};
   for (std::size_t i = 0; i < kBalls; ++i) {
     bed_.touches_of_ball(ball_of(b, q, i), b.shell_radius, s,
@@ -109,14 +111,14 @@ void SpatialGround::press_shell(OnGround& sum, const SpatialMotion& q, std::size
 /// that it rocks about where it lies, and comes to rest. Otherwise a tank would roll on level ground for ever.
 void SpatialGround::resist_rolling(OnGround& sum, const SpatialMotion& q, std::size_t car, double load) {
   const Body& b = cars_.bodies[car];
-  double& ahead = sheared_next_[rolling_point(car)].x();
+  double& ahead = sheared_next_[rolling_point(car)].x;
   ahead = 0.0;
   if (!(load > 0.0)) return;
   const double limit = cars_.scenario.terrain.rolling_resistance * b.shell_radius;
   const double rolls = b.shell_radius * q.body_rates.x();
   // Damped within about one of its swings.
   const double settling = std::sqrt(b.shell_radius / inputs::kStandardGravity);
-  ahead = sheared_[rolling_point(car)].x() + cars_.step * rolls;
+  ahead = sheared_[rolling_point(car)].x + cars_.step * rolls;
   double arm = ahead + settling * rolls;
   if (std::abs(arm) > limit) ahead = arm = std::copysign(limit, arm);
   const Vector3d torque = -load * arm * q.axes.col(0);
@@ -128,17 +130,17 @@ void SpatialGround::resist_rolling(OnGround& sum, const SpatialMotion& q, std::s
 /// kRocking of that. Otherwise, balanced there as a pendulum, it would rock for minutes, and turn for ever.
 void SpatialGround::resist_rocking(OnGround& sum, const SpatialMotion& q, std::size_t car, double load) {
   const Body& b = cars_.bodies[car];
-  Vector3d& strain = sheared_next_[rocking_point(car)];
-  strain.setZero();
+  sheared_next_[rocking_point(car)] = kNone;
   if (!(load > 0.0)) return;
   const double limit = kRocking * cars_.scenario.terrain.rolling_resistance * b.shell_radius;
   const Vector3d axis = q.axes.col(0), turns = b.shell_radius * (q.rotation - q.body_rates.x() * axis);
   const double settling = std::sqrt(b.inertia.z() / (b.weight * b.shell_radius));
-  const Vector3d before = sheared_[rocking_point(car)];
-  strain = before - before.dot(axis) * axis + cars_.step * turns;
+  const Vector3d before = vector(sheared_[rocking_point(car)]);
+  Vector3d strain = before - before.dot(axis) * axis + cars_.step * turns;
   Vector3d arm = strain + settling * turns;
   const double length = arm.norm();
   if (length > limit) strain = arm = Vector3d(limit / length * arm);
+  sheared_next_[rocking_point(car)] = three(strain);
   const Vector3d torque = -load * arm;
   sum.all.torque += torque;
   sum.friction.torque += torque;
@@ -147,17 +149,17 @@ void SpatialGround::resist_rocking(OnGround& sum, const SpatialMotion& q, std::s
 void SpatialGround::lie(std::size_t car, const OnGround& sum) {
   if (!sum.any) return;
   cars_.add(car, sum.all.force, sum.all.torque);
-  cars_.accounts[car].add(BODY_GROUND, sum.damping.force, sum.damping.torque);
-  cars_.accounts[car].add(OFF_TRACK, sum.friction.force, sum.friction.torque);
+  cars_.accounts.add(car, BODY_GROUND, sum.damping.force, sum.damping.torque);
+  cars_.accounts.add(car, OFF_TRACK, sum.friction.force, sum.friction.torque);
   lies_[car] = true;
 }
 
 void SpatialGround::keep_strain() {
-  for (std::size_t k = 0; k < cars_.n; ++k) {
-    if (!lies_[k] || cars_.rest.lies(k)) continue;
+  for (const std::size_t k : strained_) {
     const auto first = static_cast<std::ptrdiff_t>(kPoints * k);
     std::copy_n(sheared_next_.begin() + first, kPoints, sheared_.begin() + first);
   }
+  strained_.clear();
 }
 
 double SpatialGround::energy(std::size_t car, const SpatialMotion& q, double s) const {
@@ -181,12 +183,14 @@ double SpatialGround::energy(std::size_t car, const SpatialMotion& q, double s) 
 
 void SpatialGround::walk(files::Archive& archive) {
   archive.column("feet", feet_);
-  archive.numbers("sheared", sheared_.data()->data(), static_cast<std::ptrdiff_t>(3 * sheared_.size()));
+  archive.numbers("sheared", &sheared_.data()->x, static_cast<std::ptrdiff_t>(3 * sheared_.size()));
   if (!archive.restoring()) return;
+  strained_.clear();
   std::fill(above_.begin(), above_.end(), 0.0);
   for (std::size_t k = 0; k < cars_.n; ++k) {
     const auto first = sheared_.begin() + static_cast<std::ptrdiff_t>(kPoints * k);
-    lies_[k] = std::any_of(first, first + kPoints, [](const Vector3d& v) { return !v.isZero(0.0); });
+    lies_[k] = std::any_of(first, first + kPoints,
+                           [](const Three<double>& v) { return v.x != 0.0 || v.y != 0.0 || v.z != 0.0; });
   }
 }
 

@@ -74,7 +74,8 @@ class SpatialGround {
   static std::size_t rocking_point(std::size_t car) { return ball_point(car, kBalls, 1); }
   /// Points of a box that may lie on the ground.
   static std::size_t corners(const Body& b) { return kCorners + (b.narrow ? kUnderframe : 0); }
-  /// A point of the edges of the body, or of its underframe, from the centre of mass along the car's axes.
+  /// A point of the edges of the body, or of its underframe, from the centre of mass along the car's axes; corner_ has
+  /// them all.
   static Eigen::Vector3d corner_of(const Body& b, std::size_t i) {
     if (i >= kCorners) {
       const double along = static_cast<double>((i - kCorners) / 2) - 1.0, left = (i & 1U) != 0 ? 1.0 : -1.0;
@@ -88,10 +89,12 @@ class SpatialGround {
   SpatialCars& cars_;
   const SpatialBed& bed_;
   // How far friction with the ground has strained it, kPoints a car [m]; the next values belong to the forces found.
-  std::vector<Eigen::Vector3d> sheared_, sheared_next_;
-  std::vector<double> feet_;   // arc lengths at which these points were last [m]
-  std::vector<bool> lies_;     // anything of the body is on the ground
-  std::vector<double> above_;  // so high at least a body is above it, as far as is known [m]
+  std::vector<Three<double>> sheared_, sheared_next_;
+  std::vector<std::size_t> strained_;    // cars whose next values were found since the last step
+  std::vector<Eigen::Vector3d> corner_;  // kPoints a car
+  std::vector<double> feet_;             // arc lengths at which these points were last [m]
+  std::vector<bool> lies_;               // anything of the body is on the ground
+  std::vector<double> above_;            // so high at least a body is above it, as far as is known [m]
 };
 
 }  // namespace train_derail::model

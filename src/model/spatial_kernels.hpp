@@ -91,6 +91,12 @@ struct SpatialArrays {
   double* mean_rotation = nullptr;  ///< car: sum of the rotations before and after the step
 };
 
+/// The most that any coupler bears, 0 or more.
+struct CouplerExtremes {
+  double buff = 0.0, draft = 0.0;  ///< N
+  double rise = 0.0;               ///< of a pin over its neighbour, either way [m]
+};
+
 /// One version of the loops.
 struct SpatialKernels {
   const char* instruction_set;
@@ -100,7 +106,7 @@ struct SpatialKernels {
   /// Ends a step: turns the cars, finds axes, rotations and body rates; the angles turned become zero.
   void (*turn)(const SpatialArrays&, double* y);
   /// Forces of couplers without their stops.
-  void (*couple)(const SpatialArrays&, const double* y);
+  CouplerExtremes (*couple)(const SpatialArrays&, const double* y);
   /// Sums of weight, couplers and trucks.
   void (*forces)(const SpatialArrays&, const double* y);
   /// Adds the work of these forces and of the ground under trucks in a step from `before` to `after`.
@@ -109,6 +115,10 @@ struct SpatialKernels {
   void (*accelerate)(const SpatialArrays&, const double* y, double h, double* result);
   /// Places of the trucks seen from above [m], at the top of the rails.
   void (*places)(const SpatialArrays&, const double* y, double* px, double* py);
+  /// What holds each truck on the rails: its load, but no more than twice that of the side whose flange is pressed.
+  /// Rails push the truck to the left by the flange of its right wheels. True if a truck of the rails stands on one
+  /// side only or not at all.
+  bool (*holding)(const SpatialArrays&, double* load);
   /// swirl[k]: speed of the farthest point of a body about its centre; returns the largest speed of a centre [m/s].
   double (*swirls)(const SpatialArrays&, const double* y, const double* radius, double* swirl, double& largest);
 };

@@ -82,12 +82,14 @@ template <class B>
 }
 
 template <class B>
-[[gnu::flatten]] void couple_cars(const SpatialArrays& arrays, const double* y) {
+[[gnu::flatten]] CouplerExtremes couple_cars(const SpatialArrays& arrays, const double* y) {
   using L = Lanes<B>;
   const SpatialArrays a = arrays;
   const inputs::Coupler law = *a.coupler;
   const std::ptrdiff_t n = a.cars, m = n + 1;
   const auto size = [](const B& x) { return select(x < B(0.0), B(-x), x); };
+  const auto more = [](const B& x, const B& y) { return select(x > y, x, y); };
+  B buff(0.0), draft(0.0), rise(0.0);
   for_blocks<L::count>(n - 1, [&](std::ptrdiff_t i, std::ptrdiff_t) {
     const std::ptrdiff_t j = i + 1;
     const Frame<B> lead = Frame<B>::load(a.axes, i, n), trail = Frame<B>::load(a.axes, j, n);
@@ -131,8 +133,13 @@ template <class B>
       close = B(0.0);
     }
     L::store(alive * (1.0 - close), a.far + i);
-    L::store(0.5 * pins * (in_lead.z + in_trail.z), a.rise + i);
+    const B higher = 0.5 * pins * (in_lead.z + in_trail.z);
+    L::store(higher, a.rise + i);
+    buff = more(axial, buff);
+    draft = more(B(-axial), draft);
+    rise = more(size(higher), rise);
   });
+  return {L::max(buff), L::max(draft), L::max(rise)};
 }
 
 /// Heights of the rails under some trucks: a plane that is twisted along the track. A point that moves gains height
@@ -536,6 +543,21 @@ template <class B>
 }
 
 template <class B>
+[[gnu::flatten]] bool holding(const SpatialArrays& a, double* load) {
+  using L = Lanes<B>;
+  const B zero(0.0);
+  B lifted(0.0);
+  for_blocks<L::count>(2 * a.cars, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+    const B carried = L::load(a.load + i), leaning = L::load(a.leaning + i);
+    const B lighter = select(L::load(a.lateral + i) > zero, leaning, B(-leaning));
+    const B size = select(leaning < zero, B(-leaning), leaning);
+    L::store(carried - select(lighter > zero, lighter, zero), load + i);
+    lifted = lifted + select(carried > size, zero, L::load(a.on_rails + i));
+  });
+  return L::sum(lifted) > 0.0;
+}
+
+template <class B>
 [[gnu::flatten]] double swirls(const SpatialArrays& a, const double* y, const double* radius, double* swirl,
                                double& largest) {
   using L = Lanes<B>;
@@ -556,7 +578,7 @@ template <class B>
 template <class B>
 constexpr SpatialKernels spatial_kernels(const char* instruction_set) {
   return {instruction_set, Lanes<B>::count,    look<B>,         turn_cars<B>, couple_cars<B>, spatial_forces<B>,
-          spatial_work<B>, accelerate_cars<B>, truck_places<B>, swirls<B>};
+          spatial_work<B>, accelerate_cars<B>, truck_places<B>, holding<B>,   swirls<B>};
 }
 
 }  // namespace train_derail::model

@@ -80,13 +80,12 @@ struct SpatialModel::Parts final : Waker {
     ++cars.round;
     brakes.prepare(t);
     cars.fastest = cars.wide.swirls(cars.arrays, cars.state, cars.radius(), cars.swirl.data(), cars.spinning);
-    cars.wide.couple(cars.arrays, cars.state);
+    couplers.pull();
     trucks.find_ground();
     cars.wide.forces(cars.arrays, cars.state);
-    for (std::size_t k = 0; k < cars.n; ++k) {
-      cars.accounts[k].used = 0;
+    cars.accounts.clear();
+    for (std::size_t k = 0; k < cars.n; ++k)
       if (!cars.rest.lies(k)) ground.press_body(k, trucks.arc(k));
-    }
     pull_on(t);
     couplers.couple_all();
     forces_found = true;
@@ -126,10 +125,14 @@ struct SpatialModel::Parts final : Waker {
            std::none_of(locomotives.begin(), locomotives.end(), pulls);
   }
 
-  /// No point of it has come far since it was seen first. It may tremble: bodies that are pressed together do, and
-  /// those that lie on an edge of the ground.
+  /// It may tremble: bodies that are pressed together do, and those that lie on an edge of the ground.
+  bool trembles(std::size_t car, double limit) const {
+    // Cars that roll on are told by the first of these.
+    return std::abs(cars.state[SVX * cars.n + car]) < kTremor * limit && cars.swirl[car] < kTremor * limit &&
+           cars.velocity(car).norm() < kTremor * limit;
+  }
+  /// No point of a car that trembles has come far since it was seen first.
   bool keeps_still(std::size_t car, double limit) {
-    if (!(cars.swirl[car] < kTremor * limit && cars.velocity(car).norm() < kTremor * limit)) return false;
     const SpatialMotion& now = cars.at(car);
     if (cars.rest.still_for(car) > 0.0 && seen.way(car, now, cars.bodies[car].radius) < kStray * Rest::kTime * limit)
       return true;
@@ -144,8 +147,9 @@ struct SpatialModel::Parts final : Waker {
     if (!(limit > 0.0)) return;
     for (std::size_t k = 0; k < cars.n; ++k) {
       if (cars.rest.lies(k)) continue;
-      const bool carried = trucks.grounded(k) || stands(k);
-      if (cars.rest.note(k, carried && keeps_still(k, limit), h)) still.push_back(k);
+      // Most cars are too fast: whether they stand, which costs more, is asked of the others only.
+      const bool still_now = trembles(k, limit) && (trucks.grounded(k) || stands(k)) && keeps_still(k, limit);
+      if (cars.rest.note(k, still_now, h)) still.push_back(k);
     }
   }
   /// Friction takes what motion those that lie down have left.
@@ -158,7 +162,7 @@ struct SpatialModel::Parts final : Waker {
       trucks.hold(k);
       contacts.hold(k);
       for (const std::size_t i : {k - 1, k}) couplers.hold(i);
-      cars.accounts[k].used = 0;
+      cars.accounts.clear(k);
       cars.rest.lay(k);
     }
     still.clear();

@@ -288,13 +288,15 @@ void SpatialTrucks::pass(double t, double h, double* y) {
   Track& track = bed_.track;
   const std::size_t n = cars_.n;
   const auto ahead = static_cast<std::size_t>(cars_.scenario.initial.cars_ahead);
+  const double* x = cars_.state + SX * n;
   for (std::size_t k = ahead; k < n; ++k)
-    if (cars_.state[SX * n + k] >= 0.0) past_[k] = true;
+    if (x[k] >= 0.0) past_[k] = true;
   cars_.wide.places(cars_.arrays, cars_.state, place_x_.data(), place_y_.data());
-  arc_before_ = arc_;
   if (track.straight()) {
+    arc_before_.swap(arc_);
     arc_ = place_x_;
   } else {
+    arc_before_ = arc_;
     for (std::size_t truck = 0; truck < 2 * n; ++truck)
       if (!cars_.rest.lies(cars_.car_of(truck)))
         arc_[truck] = track.foot({place_x_[truck], place_y_[truck]}, arc_[truck]);
@@ -306,7 +308,7 @@ void SpatialTrucks::pass(double t, double h, double* y) {
       continue;
     }
     const double from = arc_before_[truck], s = arc_[truck], bad_place = bad_places_[truck];
-    if (cars_.car_of(truck) >= ahead && from < bad_place && s >= bad_place)
+    if (from < bad_place && s >= bad_place && cars_.car_of(truck) >= ahead)
       leave(t + h - h * (s - bad_place) / (s - from), truck, cause_of(cars_.scenario.initial.mechanism), y);
     else if (s >= track.torn_from() && s <= track.torn_to() && track.torn(s)) leave(t + h, truck, Cause::torn_track, y);
   }
@@ -348,7 +350,7 @@ bool SpatialTrucks::give_way(double t, double h) {
   const std::size_t n = cars_.n;
   const inputs::Rails& rails = cars_.scenario.rails;
   const CarRange all{0, static_cast<std::ptrdiff_t>(2 * n)};
-  find_holding_load();
+  const bool any_lifted = find_holding_load();
   bool any = loops_.overload({&all, 1}, rails, h, lateral_before_.data(), lateral_.data(), holding_load_.data(),
                              overloaded_.data());
   for (std::size_t truck = 0; any && truck < 2 * n; ++truck) {
@@ -356,7 +358,8 @@ bool SpatialTrucks::give_way(double t, double h) {
     leave(t, truck, Cause::lateral, nullptr);
     offset_[truck] += bed_.track.alignment(arc_[truck]);
   }
-  any |= lift(t, h);
+  if (any_lifted || lifted_before_) any |= lift(t, h);
+  lifted_before_ = any_lifted;
   for (const std::size_t truck : loose_) {
     const std::size_t car = cars_.car_of(truck);
     if (load_[truck] > 0.0 || lost_[truck] || cars_.rest.lies(car)) continue;
@@ -370,16 +373,14 @@ bool SpatialTrucks::give_way(double t, double h) {
   return any;
 }
 
-/// What holds a truck on the rails: its load, but no more than twice that of the side whose flange is pressed. Rails
-/// push the truck to the left by the flange of its right wheels.
-void SpatialTrucks::find_holding_load() {
-  for (std::size_t truck = 0; truck < holding_load_.size(); ++truck) {
-    const double lighter = lateral_[truck] > 0.0 ? leaning_[truck] : -leaning_[truck];
-    holding_load_[truck] = load_[truck] - std::max(lighter, 0.0);
+/// Also by the weight of its car. Whether a truck on the rails does not stand on both.
+bool SpatialTrucks::find_holding_load() {
+  const bool any_lifted = cars_.wide.holding(cars_.arrays, holding_load_.data());
+  if (cars_.scenario.rails.load_exponent != 1.0) {
+    for (std::size_t truck = 0; truck < holding_load_.size(); ++truck)
+      holding_load_[truck] *= rail_share_[cars_.car_of(truck)];
   }
-  if (cars_.scenario.rails.load_exponent == 1.0) return;
-  for (std::size_t truck = 0; truck < holding_load_.size(); ++truck)
-    holding_load_[truck] *= rail_share_[cars_.car_of(truck)];
+  return any_lifted;
 }
 
 bool SpatialTrucks::lift(double t, double h) {
@@ -449,6 +450,7 @@ void SpatialTrucks::restored() {
   loose_.clear();
   for (std::size_t truck = 0; truck < 2 * cars_.n; ++truck)
     if (on_ground(truck)) loose_.push_back(truck);
+  lifted_before_ = true;
   sheared_next_ = sheared_;
   show_strain();
   for (std::size_t car = 0; car < cars_.n; ++car) {

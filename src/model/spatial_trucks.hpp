@@ -83,7 +83,7 @@ class SpatialTrucks {
   void drift(double t);
   void run_on_ties(double t, double h, std::size_t truck, double* y);
   void push_sideways(std::size_t truck, double speed, double* y);
-  void find_holding_load();
+  bool find_holding_load();
   /// Trucks with wheels above the flange for too long leave the rails in the step of length h from t on; true if any.
   bool lift(double t, double h);
   double height_of_wheels(std::size_t truck) const;
@@ -110,6 +110,7 @@ class SpatialTrucks {
   // By the weight of the car: of friction on the ground, of what rails hold.
   std::vector<double> ground_share_, rail_share_;
   std::vector<double> holding_load_;
+  bool lifted_before_ = false;  // a truck on the rails stood on one of them at most when forces were found last
   std::size_t ordered_ = 0, standing_ = 0;  // ordered: derailments
 };
 
