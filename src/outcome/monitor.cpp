@@ -151,8 +151,7 @@ model::CarMotion Monitor::motion(const model::PlanColumns& q, Eigen::Index car) 
   return {{q.x[car], q.y[car]}, {cosine_[car], sine_[car]}, {q.vx[car], q.vy[car]}, q.omega[car]};
 }
 
-MonitoredCars Monitor::columns(const double* y) const {
-  const model::PlanColumns q = model_.plan(y);
+MonitoredCars Monitor::columns(const model::PlanColumns& q) const {
   return {q.x,  q.y,     sine_.data(),        cosine_.data(),     q.vx,
           q.vy, q.omega, half_length_.data(), half_width_.data(), half_spacing_.data()};
 }
@@ -171,12 +170,12 @@ double Monitor::truck_speed_max_behind(Eigen::Index head, const double* y) const
 void Monitor::sample(double t, const double* y) {
   const Eigen::Index n = model_.car_count();
   model_.headings(y, cosine_, sine_);
+  const model::PlanColumns q = model_.plan(y);
 
-  truck_speed_max_ = std::sqrt(loops_.truck_speed_squared_max(n, columns(y)));
+  truck_speed_max_ = std::sqrt(loops_.truck_speed_squared_max(n, columns(q)));
   if (model_.straight_track()) {
-    loops_.extend_astray(n, columns(y), astray_.data());
+    loops_.extend_astray(n, columns(q), astray_.data());
   } else {
-    const model::PlanColumns q = model_.plan(y);
     for (Eigen::Index k = 0; k < n; ++k) {
       // Where a track bends, places cost: a car that lies where it lay has been looked at.
       const Eigen::Array4d pose(q.x[k], q.y[k], cosine_[k], sine_[k]);
@@ -188,10 +187,10 @@ void Monitor::sample(double t, const double* y) {
       }
     }
   }
-  if (n > 1) sample_speeds(t, y);
+  if (n > 1) sample_speeds(t, q);
   const model::Incidents* incidents = model_.incidents();
   if (incidents == nullptr || incidents->impacts.empty()) {
-    sample_touches(t, y);
+    sample_touches(t, q);
     return;
   }
   for (; impacts_seen_ < incidents->impacts.size(); ++impacts_seen_) {
@@ -201,9 +200,9 @@ void Monitor::sample(double t, const double* y) {
   }
 }
 
-void Monitor::sample_speeds(double t, const double* y) {
+void Monitor::sample_speeds(double t, const model::PlanColumns& q) {
   const Eigen::Index n = model_.car_count();
-  loops_.neighbour_speeds(n - 1, columns(y), pins_squared_.data(), centres_squared_.data());
+  loops_.neighbour_speeds(n - 1, columns(q), pins_squared_.data(), centres_squared_.data());
   // Cars whose coupler has broken have nothing to do with each other any more.
   if (const model::Incidents* incidents = model_.incidents()) {
     for (const model::BrokenCoupler& b : incidents->broken)
@@ -224,10 +223,9 @@ void Monitor::note(const FirstTouch& touch) {
   if (touch.speed > closing_.speed) closing_ = touch;
 }
 
-void Monitor::sample_touches(double t, const double* y) {
+void Monitor::sample_touches(double t, const model::PlanColumns& q) {
   const Eigen::Index n = model_.car_count();
-  const model::PlanColumns q = model_.plan(y);
-  loops_.boxes(n, columns(y), rearmost_.data(), foremost_.data(), half_breadth_.data());
+  loops_.boxes(n, columns(q), rearmost_.data(), foremost_.data(), half_breadth_.data());
   // Sweep along x; the order hardly changes from sample to sample.
   for (std::size_t i = 1; i < by_x_.size(); ++i) {
     const Eigen::Index k = by_x_[i];

@@ -83,9 +83,9 @@ class Monitor {
   /// Of the sample that is being taken.
   model::CarMotion motion(const model::PlanColumns& q, Eigen::Index car) const;
   /// All cars of the sample that is being taken.
-  MonitoredCars columns(const double* y) const;
-  void sample_speeds(double t, const double* y);
-  void sample_touches(double t, const double* y);
+  MonitoredCars columns(const model::PlanColumns& q) const;
+  void sample_speeds(double t, const model::PlanColumns& q);
+  void sample_touches(double t, const model::PlanColumns& q);
   void note(const FirstTouch& touch);
   void report_pile_up(const double* y, Outcome& outcome) const;
   void report_peaks(double t, const double* y, Outcome& outcome) const;
