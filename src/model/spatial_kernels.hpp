@@ -97,6 +97,12 @@ struct CouplerExtremes {
   double rise = 0.0;               ///< of a pin over its neighbour, either way [m]
 };
 
+/// Where trucks are on the track, and where it makes them leave it: arc lengths [m].
+struct LeavingPlaces {
+  const double *before, *now, *bad;  ///< of each truck; bad: it leaves when it comes there
+  double torn_from, torn_to;         ///< between these the track may be torn up
+};
+
 /// One version of the loops.
 struct SpatialKernels {
   const char* instruction_set;
@@ -119,6 +125,8 @@ struct SpatialKernels {
   /// Rails push the truck to the left by the flange of its right wheels. True if a truck of the rails stands on one
   /// side only or not at all.
   bool (*holding)(const SpatialArrays&, double* load);
+  /// Whether a truck of the rails has come to such a place in this step.
+  bool (*may_leave)(const SpatialArrays&, const LeavingPlaces&);
   /// swirl[k]: speed of the farthest point of a body about its centre; returns the largest speed of a centre [m/s].
   double (*swirls)(const SpatialArrays&, const double* y, const double* radius, double* swirl, double& largest);
 };

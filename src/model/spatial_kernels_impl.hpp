@@ -558,6 +558,19 @@ template <class B>
 }
 
 template <class B>
+[[gnu::flatten]] bool may_leave(const SpatialArrays& a, const LeavingPlaces& places) {
+  using L = Lanes<B>;
+  const B zero(0.0), from(places.torn_from), to(places.torn_to);
+  B leaving(0.0);
+  for_blocks<L::count>(2 * a.cars, [&](std::ptrdiff_t i, std::ptrdiff_t) {
+    const B on = L::load(a.on_rails + i), now = L::load(places.now + i), bad = L::load(places.bad + i);
+    leaving = leaving + select(L::load(places.before + i) < bad, select(now >= bad, on, zero), zero) +
+              select(now >= from, select(now <= to, on, zero), zero);
+  });
+  return L::sum(leaving) > 0.0;
+}
+
+template <class B>
 [[gnu::flatten]] double swirls(const SpatialArrays& a, const double* y, const double* radius, double* swirl,
                                double& largest) {
   using L = Lanes<B>;
@@ -578,7 +591,7 @@ template <class B>
 template <class B>
 constexpr SpatialKernels spatial_kernels(const char* instruction_set) {
   return {instruction_set, Lanes<B>::count,    look<B>,         turn_cars<B>, couple_cars<B>, spatial_forces<B>,
-          spatial_work<B>, accelerate_cars<B>, truck_places<B>, holding<B>,   swirls<B>};
+          spatial_work<B>, accelerate_cars<B>, truck_places<B>, holding<B>,   may_leave<B>,   swirls<B>};
 }
 
 }  // namespace train_derail::model

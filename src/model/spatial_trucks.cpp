@@ -301,7 +301,9 @@ void SpatialTrucks::pass(double t, double h, double* y) {
       if (!cars_.rest.lies(cars_.car_of(truck)))
         arc_[truck] = track.foot({place_x_[truck], place_y_[truck]}, arc_[truck]);
   }
-  for (std::size_t truck = 0; truck < 2 * n; ++truck) {
+  const LeavingPlaces places{arc_before_.data(), arc_.data(), bad_places_.data(), track.torn_from(), track.torn_to()};
+  const bool any = !ties_.running().empty() || cars_.wide.may_leave(cars_.arrays, places);
+  for (std::size_t truck = 0; any && truck < 2 * n; ++truck) {
     if (on_ground(truck)) continue;
     if (derailed(truck)) {
       run_on_ties(t, h, truck, y);
