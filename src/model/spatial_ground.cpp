@@ -75,19 +75,15 @@ double SpatialGround::press_body_point(OnGround& sum, const SpatialMotion& q, st
 void SpatialGround::press_edges(OnGround& sum, const SpatialMotion& q, std::size_t car, double s, double highest) {
   const Body& b = cars_.bodies[car];
   const Vector3d rise = q.axes.row(2);
-  for (std::size_t i = 0; i < corners(b); ++i) {
-    const std::size_t point = kPoints * car + i;
+  const std::size_t first = kPoints * car, end = first + corners(b);
+  std::fill_n(sheared_next_.begin() + static_cast<std::ptrdiff_t>(first), kPoints, kNone);
+  for (std::size_t point = first; point < end; ++point) {
     const Vector3d& own = corner_[point];
-    if (q.centre.z() + rise.dot(own) < highest) {
-      const Vector3d place = q.point(own);
-      const Under under = ground_under(point, place, s);
-      const double depth = under.z - place.z();
-      if (depth > 0.0) {
-        press_body_point(sum, q, car, point, place, under.up, depth, s);
-        continue;
-      }
-    }
-    sheared_next_[point] = kNone;
+    if (!(q.centre.z() + rise.dot(own) < highest)) continue;
+    const Vector3d place = q.point(own);
+    const Under under = ground_under(point, place, s);
+    const double depth = under.z - place.z();
+    if (depth > 0.0) press_body_point(sum, q, car, point, place, under.up, depth, s);
   }
 }
 
