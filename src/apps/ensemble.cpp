@@ -44,15 +44,17 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
     return std::count_if(outcomes.begin(), outcomes.end(), [&](const outcome::Outcome& o) { return o.ended == how; });
   };
   const auto not_run = ended(outcome::Ended::running), failed = ended(outcome::Ended::integration_failed);
+  // First what needs no disk, which may be full by now.
+  const bool on_standard_output =
+      std::any_of(outputs.begin(), outputs.end(), [](const NamedPath& o) { return files::same_file(o.path, "-"); });
+  if (!a.quiet && !on_standard_output) {
+    std::cout << (scenario.title.empty() ? a.name : scenario.title) << "\n"
+              << study::ensemble_table(study, outcomes) << std::flush;
+  }
   if (csv) csv->stream() << study::ensemble_csv(study, outcomes);
   if (json) json->stream() << study::ensemble_json(study, outcomes) << "\n";
   if (csv) csv->commit();
   if (json) json->commit();
-  const bool on_standard_output =
-      std::any_of(outputs.begin(), outputs.end(), [](const NamedPath& o) { return files::same_file(o.path, "-"); });
-  if (!a.quiet && !on_standard_output) {
-    std::cout << (scenario.title.empty() ? a.name : scenario.title) << "\n" << study::ensemble_table(study, outcomes);
-  }
   if (not_run > 0) {
     std::cerr << fmt::format("derail: stopped; {} of {} runs are left out\n", not_run, outcomes.size());
     return kInterrupted;

@@ -58,14 +58,15 @@ int verify(VerifyArguments a) {
     std::cerr << "derail: interrupted; nothing has been written\n";
     return kInterrupted;
   }
+  // First what needs no disk, which may be full by now.
+  if (!a.quiet && !(a.json && files::same_file(*a.json, "-")))
+    std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << multibody::to_table(v) << std::flush;
   const std::string json = multibody::to_json(v) + "\n";
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const bool differences = a.out && i + 1 == outputs.size();
     outputs[i].stream() << (differences ? multibody::differences_csv(v) : json);
     outputs[i].commit();
   }
-  if (!a.quiet && !(a.json && files::same_file(*a.json, "-")))
-    std::cout << (scenario.title.empty() ? a.file : scenario.title) << "\n" << multibody::to_table(v);
   return v.verdict() == multibody::Verdict::agrees ? kOk : kDiffers;
 }
 

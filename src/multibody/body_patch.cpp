@@ -91,8 +91,8 @@ Outline cut(const Outline& whole, const Vec3& direction, double limit) {
   return rest;
 }
 
-/// The face of `lower` that looks along `up` bears the part of `upper` that is within its rims. Fills the points; returns
-/// the deepest.
+/// The face of `lower` that looks along `up` bears the part of `upper` that is within its rims. Fills the points;
+/// returns the deepest.
 double bear(const Block& lower, int axis, const Vec3& up, const Block& upper, Patch& patch) {
   int facing = 0;
   for (int i = 1; i < 3; ++i)
@@ -102,8 +102,8 @@ double bear(const Block& lower, int axis, const Vec3& up, const Block& upper, Pa
   const Vec3 middle = upper.centre + upper.half[facing] * down;
   const Vec3 to_p = upper.half[p] * side(upper, p), to_q = upper.half[q] * side(upper, q);
   Outline face;
-  for (const Vec3& corner : {Vec3(middle + to_p + to_q), Vec3(middle - to_p + to_q), Vec3(middle - to_p - to_q),
-                             Vec3(middle + to_p - to_q)})
+  for (const Vec3& corner :
+       {Vec3(middle + to_p + to_q), Vec3(middle - to_p + to_q), Vec3(middle - to_p - to_q), Vec3(middle + to_p - to_q)})
     face.add(corner);
   for (const int rim : {(axis + 1) % 3, (axis + 2) % 3}) {
     for (const double way : {1.0, -1.0}) {

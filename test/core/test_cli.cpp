@@ -133,6 +133,12 @@ TEST_F(Cli, OutputThatCannotBeWrittenExitsWithOne) {
   if (fs::exists("/dev/full")) {
     EXPECT_EQ(derail("run " + kBaseline + kShort + " --csv /dev/full").code, 1);
     EXPECT_EQ(derail("run " + kBaseline + kShort + " > /dev/full", false).code, 1);
+    // What many runs have come to is said nevertheless.
+    const Result many =
+        derail("run " + kBaseline + kShort + " --set initial.perturbation.spacing=0.01 --seeds 2 --json /dev/full");
+    EXPECT_EQ(many.code, 1);
+    EXPECT_NE(many.out.find("peak coupler force"), std::string::npos) << many.out;
+    EXPECT_NE(many.out.find("No space left on device"), std::string::npos) << many.out;
   }
 }
 

@@ -395,8 +395,8 @@ TEST_F(VerifyCommand, AStudyOfWhatTheEngineHasNotIsRefusedBeforeItsFirstRun) {
     EXPECT_NE(out_.find(why), std::string::npos) << out_;
   };
   const std::string steps = " --set solver.method=semi_implicit --set solver.fixed_step=1e-3";
-  refused("model=spatial --set ground.on_track_law=rails --set brakes.law=air" + steps, "brakes.force = '0.05'",
-          "the multibody engine has no such part");
+  refused("model=spatial --set ground.on_track_law=rails --set brakes.law=air --set consist[0].shape=cylinder" + steps,
+          "consist[0].shape = 'cylinder'", "the multibody engine has no such part");
   refused("coupler.break_draft=1e6" + steps, "coupler.break_draft", "the multibody engine has no such part");
 }
 
