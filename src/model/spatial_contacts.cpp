@@ -189,14 +189,15 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
   if (law.side_crush_force < law.crush_force &&
       !(end_met(cars_.bodies[a], q, m.normal) && end_met(cars_.bodies[b], r, -m.normal)))
     law.crush_force = law.side_crush_force;
-  // What speeds change in ten steps of free fall: slower than that, a car that lies on another would hop as the force
-  // changes between loading and unloading.
-  double quiet = std::max(cars_.scenario.ground.regularization_speed, 10.0 * inputs::kStandardGravity * h);
+  double quiet = cars_.scenario.ground.regularization_speed;
   const auto points = static_cast<std::size_t>(m.count);
   const double reduced = cars_.bodies[a].mass * cars_.bodies[b].mass / (cars_.bodies[a].mass + cars_.bodies[b].mass);
   double rub_damping = friction_damping(law, reduced);
   if (leans(t, pair)) {
     double depth = 0.0;
+    // What speeds change in ten steps of free fall: slower than that, a car that lies on another would hop as the force
+    // changes between loading and unloading. A blow does not ask for it, and would depend on the step.
+    quiet = std::max(quiet, 10.0 * inputs::kStandardGravity * h);
     for (std::size_t i = 0; i < points; ++i) depth += m.share[i] * std::max(m.depth[i] - pair.crushed, 0.0);
     const double share = bearable(h, pair, m, quiet_damping(law, depth, quiet), rub_damping);
     quiet /= share;

@@ -344,6 +344,23 @@ TEST(SpatialImpact, SidesAreCrushedBelowTheForceOfEnds) {
   }
 }
 
+TEST(SpatialImpact, ReturnsItsShareOfALowSpeedWhateverTheStep) {
+  inputs::Scenario s = spatial(2);
+  s.contact.law = inputs::ContactLaw::elastic;
+  s.contact.restitution = 0.4;
+  s.ground.regularization_speed = 1e-3;
+  const double reach = model::expand(s.consist)[0].length + 1e-3, speed = 0.15;
+  for (const double step : {2e-3, 2e-4}) {
+    s.solver.fixed_step = step;
+    Train train(s, {at(kAloft), at(kAloft + reach * Vector3d::UnitX(), Matrix3d::Identity(), {-speed, 0.0, 0.0})});
+    train.to(0.6);
+    ASSERT_EQ(train.incidents().impacts.size(), 1U);
+    EXPECT_LT(train.incidents().impacts[0].end, 0.5);
+    const double parting = train.car(1).velocity.x() - train.car(0).velocity.x();
+    EXPECT_NEAR(parting / (s.contact.restitution * speed), 1.0, 0.02) << step;
+  }
+}
+
 /// Two tanks, or a tank and a box, in the air, that meet.
 inputs::Scenario tanks(double step = 1e-3) {
   inputs::Scenario s = loose_cars(step);
