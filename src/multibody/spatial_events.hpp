@@ -12,8 +12,16 @@
 
 namespace train_derail::multibody {
 
-/// Air brakes: when the emergency signal comes to each car, and how hard it brakes. No force of its own.
-class BrakePipe final : public SimTK::Force::Custom::Implementation {
+/// A force element that only remembers: no force of its own.
+class Memory : public SimTK::Force::Custom::Implementation {
+ public:
+  void calcForce(const SimTK::State&, SimTK::Vector_<SimTK::SpatialVec>&, SimTK::Vector_<SimTK::Vec3>&,
+                 SimTK::Vector&) const final {}
+  SimTK::Real calcPotentialEnergy(const SimTK::State&) const final { return 0.0; }
+};
+
+/// Air brakes: when the emergency signal comes to each car, and how hard it brakes.
+class BrakePipe final : public Memory {
  public:
   /// `crew_delay`: factor of brakes.emergency_time.
   BrakePipe(const inputs::Scenario& s, const SimTK::GeneralForceSubsystem& forces, double crew_delay);
@@ -24,9 +32,6 @@ class BrakePipe final : public SimTK::Force::Custom::Implementation {
   double share(const SimTK::State& state, std::size_t car) const;
 
   void realizeTopology(SimTK::State& state) const override;
-  void calcForce(const SimTK::State&, SimTK::Vector_<SimTK::SpatialVec>&, SimTK::Vector_<SimTK::Vec3>&,
-                 SimTK::Vector&) const override {}
-  SimTK::Real calcPotentialEnergy(const SimTK::State&) const override { return 0.0; }
 
  private:
   void open_at(SimTK::Vector& signals, double time, double place) const;
@@ -39,8 +44,8 @@ class BrakePipe final : public SimTK::Force::Custom::Implementation {
   mutable SimTK::DiscreteVariableIndex signals_;
 };
 
-/// Stretches of track that trucks have torn up as they left it. No force of its own.
-class TornTrack final : public SimTK::Force::Custom::Implementation {
+/// Stretches of track that trucks have torn up as they left it.
+class TornTrack final : public Memory {
  public:
   TornTrack(double length, const SimTK::GeneralForceSubsystem& forces) : length_(length), forces_(forces) {}
 
@@ -49,9 +54,6 @@ class TornTrack final : public SimTK::Force::Custom::Implementation {
   bool torn(const SimTK::State& state, double place) const;
 
   void realizeTopology(SimTK::State& state) const override;
-  void calcForce(const SimTK::State&, SimTK::Vector_<SimTK::SpatialVec>&, SimTK::Vector_<SimTK::Vec3>&,
-                 SimTK::Vector&) const override {}
-  SimTK::Real calcPotentialEnergy(const SimTK::State&) const override { return 0.0; }
 
  private:
   using Stretches = SimTK::Array_<int>;
