@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
@@ -22,11 +23,14 @@ constexpr double kInterval = 0.01;  // at which the two are compared [s]
 
 const outcome::Quantity& quantity(std::string_view name) { return *outcome::find_quantity(name); }
 
-/// The first `cars` of a train.
+/// `cars` of a train, from the first one that derails on.
 inputs::Scenario shortened(inputs::Scenario s, int cars) {
+  int ahead = std::exchange(s.initial.cars_ahead, 0);
   std::vector<inputs::CarBlock> consist;
   for (inputs::CarBlock block : s.consist) {
-    block.count = std::min(block.count, cars);
+    const int passed = std::min(block.count, ahead);
+    ahead -= passed;
+    block.count = std::min(block.count - passed, cars);
     cars -= block.count;
     if (block.count > 0) consist.push_back(block);
   }
@@ -34,8 +38,9 @@ inputs::Scenario shortened(inputs::Scenario s, int cars) {
   return s;
 }
 
+/// How many may derail.
 int car_count(const inputs::Scenario& s) {
-  int cars = 0;
+  int cars = -s.initial.cars_ahead;
   for (const inputs::CarBlock& block : s.consist) cars += block.count;
   return cars;
 }

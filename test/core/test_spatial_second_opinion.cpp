@@ -767,6 +767,19 @@ TEST_F(VerifyInSpaceCommand, VerifiesTheShippedScenario) {
   EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 1 + 3 * 101);
 }
 
+// With all parts, and cars ahead of the broken rail: the short trains are of those that derail.
+TEST_F(VerifyInSpaceCommand, VerifiesAnAccident) {
+  const test::Result r =
+      verify(TRAIN_DERAIL_SOURCE_DIR
+             "/config/accident3d.yaml --set \"consist=[{name: locomotive, count: 2, length: 70 ft, weight: 420 kip}, "
+             "{name: tank_car, count: 3, length: 55 ft, weight: 286 kip, brake_source: remote}]\" "
+             "--set initial.cars_ahead=2 --set stop.time_max=0.5 --set solver.fixed_step=0.0005 --runs 2");
+  ASSERT_EQ(r.code, 0) << r.out;
+  EXPECT_NE(r.out.find("5 cars, the first 0.50 s"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find("Verdict: agrees, as far as judged"), std::string::npos) << r.out;
+  EXPECT_EQ(r.out.find("differs"), std::string::npos) << r.out;
+}
+
 TEST_F(VerifyInSpaceCommand, SaysWhatToLeaveOut) {
   const std::string file = TRAIN_DERAIL_SOURCE_DIR "/config/accidents/lac_megantic_2013.yaml";
   const test::Result r = verify(file + " --set model=spatial --set consist[1].shape=cylinder");
