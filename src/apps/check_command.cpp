@@ -46,6 +46,7 @@ inputs::Scenario acting(inputs::Scenario s) {
     block.roof_height = car.roof_height;
     block.underframe_height = car.underframe_height;
     block.underframe_width = car.underframe_width;
+    block.truck_weight = car.truck_mass * inputs::kStandardGravity;
     block.roll_inertia = car.roll_inertia;
   }
   put(s.coupler, inputs::coupler_hold(s.coupler, "", ""));

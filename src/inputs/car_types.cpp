@@ -13,7 +13,7 @@ namespace train_derail::inputs {
 namespace {
 
 const NumberInput kHeight{"m", "ft", between(0.1, 10)}, kWeight{"N", "kip", between(1e3, 1e7)},
-    kLength{"m", "ft", between(1, 100)};
+    kTruckWeight{"N", "kip", between(0, 1e6)}, kLength{"m", "ft", between(1, 100)};
 
 template <class V, class B>
 void describe_body(V& v, B& b) {
@@ -26,6 +26,7 @@ void describe_body(V& v, B& b) {
   v.number("roof", b.roof, required(kHeight), "");
   v.number("underframe", b.underframe, required(kHeight), "");
   v.number("underframe_width", b.underframe_width, required(kHeight), "");
+  v.number("truck", b.truck, required(kTruckWeight), "");
   v.number("roll_inertia", b.roll_inertia, required({"m2", "", between(0.1, 10)}), "");
 }
 
@@ -210,6 +211,23 @@ const CarBody& body_of(std::string_view name) {
 double centre_height(const CarBody& body, double weight) {
   const double load = std::clamp((weight - body.empty) / (body.loaded - body.empty), 0.0, 1.0);
   return body.centre_empty + load * (body.centre_loaded - body.centre_empty);
+}
+
+void take_body(CarBlock& block, const CarType& type) {
+  block.name = type.body;
+  block.width = type.width;
+  block.floor_height = type.floor;
+  block.roof_height = type.roof;
+  block.underframe_height = type.underframe;
+  block.underframe_width = type.underframe_width;
+  block.centre_height.reset();
+  if (!type.centre_empty && !type.centre_loaded) return;
+  CarBody body = body_of(type.body);
+  body.centre_empty = type.centre_empty.value_or(body.centre_empty);
+  body.centre_loaded = type.centre_loaded.value_or(body.centre_loaded);
+  body.empty = type.empty;
+  body.loaded = type.loaded > type.empty ? type.loaded : type.empty + 1.0;
+  block.centre_height = centre_height(body, block.weight);
 }
 
 }  // namespace train_derail::inputs

@@ -46,6 +46,11 @@ void describe_block(V& v, C& c) {
             &kSpatial});
   v.number("underframe_width", c.underframe_width, {"m", "in", between(0.1, 10), between(0.3, 3.2)},
            {"Width of that part; left out: by name, but no wider than the body.", &kSpatial});
+  v.number(
+      "truck_weight", c.truck_weight, {"N", "kip", between(0, 1e6), between(0, 3e5)},
+      {"Of one truck with its wheels: a body that has lost both is so much lighter, and its centre of mass higher; "
+       "left out: by name.",
+       &kSpatial});
   v.number("roll_inertia", c.roll_inertia, {"kg m2", "lb ft2", between(1, 1e9), between(1e4, 1e6)},
            {"About the axis along the car; left out: of a box, for tank_car of a cylinder.", &kSpatial});
   v.text("coupler_type", c.coupler_type,

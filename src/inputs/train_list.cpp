@@ -272,30 +272,17 @@ class Reader {
     car.loaded = loaded.value_or(true);
     CarBlock& b = car.block;
     b.count = 1;
-    b.name = type.body;
     b.weight = weight.value_or(car.loaded ? type.loaded : type.empty);
     const double over_faces = length.value_or(type.length);
     if (over_faces <= coupler_length_)
       refuse(kLength, field(row, kLength), "not longer than a coupler",
              fmt::format("> {:.4g} m over the pulling faces", coupler_length_));
     b.length = over_faces - coupler_length_;
-    b.width = type.width;
     b.truck_spacing = type.truck_spacing * over_faces / type.length;
     if (*b.truck_spacing > b.length)
       refuse(kLength, field(row, kLength), "too short: the trucks would stand beyond the pins",
              fmt::format("a length for which {} suits", type.name));
-    b.floor_height = type.floor;
-    b.roof_height = type.roof;
-    b.underframe_height = type.underframe;
-    b.underframe_width = type.underframe_width;
-    if (type.centre_empty || type.centre_loaded) {
-      CarBody body = body_of(type.body);
-      body.centre_empty = type.centre_empty.value_or(body.centre_empty);
-      body.centre_loaded = type.centre_loaded.value_or(body.centre_loaded);
-      body.empty = type.empty;
-      body.loaded = type.loaded > type.empty ? type.loaded : type.empty + 1.0;
-      b.centre_height = centre_height(body, b.weight);
-    }
+    take_body(b, type);
     check_ranges(b, row);
     if (weight && loaded && type.loaded > type.empty) {
       const bool heavy = *weight > 0.5 * (type.empty + type.loaded);

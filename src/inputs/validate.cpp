@@ -139,6 +139,17 @@ void check_coupler(const std::string& key, const std::string& type) {
   refuse(key, type, "unknown type of coupler", fmt::format("{}", fmt::join(names, ", ")));
 }
 
+/// What is left of a car without its trucks has to weigh something.
+void check_trucks(const CarBlock& b, const std::string& prefix) {
+  constexpr double kShare = 0.8;  // of a car's weight, that its trucks may be
+  const double truck = b.truck_weight.value_or(body_of(b.name).truck), most = 0.5 * kShare * b.weight;
+  if (truck <= most) return;
+  refuse(prefix + "truck_weight", fmt::format("{:.6g}", truck),
+         fmt::format("two of them are more than {} of weight = {:.6g} N{}", kShare, b.weight,
+                     b.truck_weight ? "" : "; it goes with the name of the block"),
+         fmt::format("<= {:.6g} N", most));
+}
+
 /// The body of a block stands upright, with the centre of mass below its top. What it leaves out is by its name.
 void check_body(const CarBlock& b, const std::string& prefix) {
   if (!b.floor_height && !b.roof_height && !b.centre_height && !b.underframe_height && !b.underframe_width) return;
@@ -204,6 +215,7 @@ void check_across(const Scenario& s) {
       }
     }
     check_body(b, key(""));
+    if (model_of(s) == Model::spatial) check_trucks(b, key(""));
     cars += b.count;
     if (cars > kCarsMax) {
       refuse(key("count"), fmt::format("{}", b.count), fmt::format("the train has {} cars up to this block", cars),

@@ -58,7 +58,7 @@ class Accounts {
   std::vector<std::array<Wrench, kAccounts>> of_;
 };
 
-/// A car that does not change.
+/// A car; changes only as it loses its trucks.
 struct Body {
   Body(const Car& c, const inputs::Scenario& s)
       : mass(c.mass),
@@ -118,21 +118,23 @@ struct Body {
 class SpatialCars {
  public:
   SpatialCars(const inputs::Scenario& s, const std::vector<Car>& train, const SpatialKernels& kernels)
-      : scenario(s), n(train.size()), step(s.solver.fixed_step.value_or(0.0)), wide(kernels), accounts(n), rest(n) {
+      : scenario(s),
+        n(train.size()),
+        step(s.solver.fixed_step.value_or(0.0)),
+        wide(kernels),
+        accounts(n),
+        rest(n),
+        train_(train),
+        bare_(n, false) {
     for (const Car& c : train) bodies.emplace_back(c, s);
     for (auto* a : {&axes, &axes_before}) a->assign(9 * n, 0.0);
     for (auto* a : {&rotation, &spin, &force, &torque, &mean_rotation}) a->assign(3 * n, 0.0);
     swirl.assign(n, 0.0);
     motions_.resize(n);
     seen_at_.assign(n, 0);
-    for (const Body& b : bodies) {
-      const double values[] = {b.half_length, b.half_spacing,   b.centre_height,  b.weight, 1.0 / b.mass,
-                               b.sag,         b.spring_damping, b.ground_damping, b.radius};
-      for (std::size_t c = 0; c < constants_.size(); ++c) constants_[c].push_back(values[c]);
-    }
-    for (Eigen::Index c = 0; c < 3; ++c) {
-      for (const Body& b : bodies) inertia_.push_back(b.inertia[c]);
-    }
+    for (std::vector<double>& column : constants_) column.resize(n);
+    inertia_.resize(3 * n);
+    for (std::size_t k = 0; k < n; ++k) list(k);
     show();
   }
   SpatialCars(const SpatialCars&) = delete;
@@ -206,6 +208,31 @@ class SpatialCars {
     accounts.add(car, a, w.force, w.torque);
   }
 
+  /// A car is without its trucks from now on, or has them; true if that changes it.
+  bool bare(std::size_t car, bool without) {
+    if (train_[car].truck_mass == 0.0 || bare_[car] == without) return false;
+    bare_[car] = without;
+    bodies[car] = Body(without ? without_trucks(train_[car]) : train_[car], scenario);
+    list(car);
+    return true;
+  }
+  /// How much higher the centre of mass is than that of the car with its trucks, along the car's vertical [m].
+  double rise(std::size_t car) const { return bodies[car].centre_height - train_[car].centre_height; }
+  /// Motion and height of a car as they are now, spent or won if it changes [J].
+  double stored(std::size_t car) const {
+    const Body& b = bodies[car];
+    return b.kinetic(at(car)) + b.weight * (at(car).centre.z() - b.centre_height);
+  }
+  /// The centre of mass of a car in the state `y` is so far up along the car from now on.
+  void move_centre(double* y, std::size_t car, double up) {
+    const Eigen::Vector3d by = up * at(car).axes.col(2), faster = at(car).rotation.cross(by);
+    for (std::size_t c = 0; c < 3; ++c) {
+      y[(SX + c) * n + car] += by[static_cast<Eigen::Index>(c)];
+      y[(SVX + c) * n + car] += faster[static_cast<Eigen::Index>(c)];
+    }
+    look_anew(y);
+  }
+
   /// The last step is over: its axes are the ones before.
   void swap_axes() {
     axes_before.swap(axes);
@@ -237,6 +264,14 @@ class SpatialCars {
   const double* radius() const { return constants_.back().data(); }
 
  private:
+  /// The columns of a car that does not change with the state.
+  void list(std::size_t car) {
+    const Body& b = bodies[car];
+    const double values[] = {b.half_length, b.half_spacing,   b.centre_height,  b.weight, 1.0 / b.mass,
+                             b.sag,         b.spring_damping, b.ground_damping, b.radius};
+    for (std::size_t c = 0; c < constants_.size(); ++c) constants_[c][car] = values[c];
+    for (Eigen::Index c = 0; c < 3; ++c) inertia_[static_cast<std::size_t>(c) * n + car] = b.inertia[c];
+  }
   void show() {
     SpatialArrays& a = arrays;
     a.cars = static_cast<std::ptrdiff_t>(n);
@@ -255,6 +290,8 @@ class SpatialCars {
     a.mean_rotation = mean_rotation.data();
   }
 
+  const std::vector<Car>& train_;
+  std::vector<bool> bare_;                        // of those that weigh something
   std::array<std::vector<double>, 9> constants_;  // of the bodies, by columns
   std::vector<double> inertia_;
   mutable std::vector<SpatialMotion> motions_;

@@ -20,9 +20,12 @@ SpatialGround::SpatialGround(SpatialCars& cars, const SpatialBed& bed) : cars_(c
   feet_.assign(kPoints * cars.n, 0.0);
   lies_.assign(cars.n, false);
   above_.assign(cars.n, 0.0);
-  for (const Body& b : cars.bodies) {
-    for (std::size_t i = 0; i < kPoints; ++i) corner_.push_back(corner_of(b, i));
-  }
+  corner_.resize(kPoints * cars.n);
+  for (std::size_t k = 0; k < cars.n; ++k) find_corners(k);
+}
+
+void SpatialGround::find_corners(std::size_t car) {
+  for (std::size_t i = 0; i < kPoints; ++i) corner_[kPoints * car + i] = corner_of(cars_.bodies[car], i);
 }
 
 void SpatialGround::press_near(std::size_t car, double s) {

@@ -40,6 +40,9 @@ class SpatialGround {
     if (!(above_[car] > 0.0)) press_near(car, s);
   }
 
+  /// Where its points are from its centre of mass; again as that moves.
+  void find_corners(std::size_t car);
+
   /// What friction with the ground has strained becomes the past.
   void keep_strain();
 

@@ -31,6 +31,14 @@ constexpr double kTremor = 30.0;    // speed at which bodies that keep still may
 constexpr double kBalanced = 1e-4;  // sum of forces on a car that nothing sets in motion, over its weight
 constexpr double kStray = 0.25;     // how far they may come meanwhile, over that speed times Rest::kTime
 
+/// The same motion, of a point so far up along the car.
+SpatialMotion lifted(SpatialMotion m, double up) {
+  const Vector3d by = up * m.axes.col(2);
+  m.centre += by;
+  m.velocity += m.rotation.cross(by);
+  return m;
+}
+
 constexpr Versions<ExtendedKernels> kVersions TRAIN_DERAIL_VERSIONS(kExtended);
 constexpr Versions<SpatialKernels> kSpatialVersions TRAIN_DERAIL_VERSIONS(kSpatial);
 
@@ -179,9 +187,39 @@ struct SpatialModel::Parts final : Waker {
     }
   }
 
-  bool give_way(double t, double h) {
+  bool give_way(double t, double h, double* y) {
     const bool trucks_have = trucks.give_way(t, h);
+    if (trucks_have) part_trucks(y);
     return couplers.give_way(t) || trucks_have;
+  }
+  /// Cars that have lost both trucks go on without them.
+  void part_trucks(double* y) {
+    for (std::size_t k = 0; k < cars.n; ++k) {
+      const double before = cars.stored(k);
+      if (!trucks.lost_both(k) || !bare(k, true)) continue;
+      cars.move_centre(y, k, cars.rise(k));
+      record.spent.work_trucks += before - cars.stored(k);
+    }
+  }
+  bool bare(std::size_t car, bool without) {
+    const bool changed = cars.bare(car, without);
+    if (changed) ground.find_corners(car);
+    return changed;
+  }
+
+  /// Of the centre of mass, in any state.
+  SpatialMotion motion(const double* y, std::size_t k) const {
+    const std::size_t n = cars.n;
+    const auto three = [&](std::size_t c) { return Vector3d(y[c * n + k], y[(c + 1) * n + k], y[(c + 2) * n + k]); };
+    SpatialMotion m;
+    m.centre = three(SX);
+    m.velocity = three(SVX);
+    m.body_rates = three(ROLL_RATE);
+    // Between two steps a state is interpolated.
+    m.axes =
+        Eigen::Quaterniond(y[QW * n + k], y[QX * n + k], y[QY * n + k], y[QZ * n + k]).normalized().toRotationMatrix();
+    m.rotation = m.axes * m.body_rates;
+    return m;
   }
 
   /// What the cars that stand push against the first that is off the rails.
@@ -225,21 +263,13 @@ SpatialModel::SpatialModel(const inputs::Scenario& scenario, const std::string& 
 SpatialModel::~SpatialModel() = default;
 
 SpatialMotion SpatialModel::motion(const double* y, Eigen::Index car) const {
-  const auto n = static_cast<std::size_t>(car_count()), k = static_cast<std::size_t>(car);
-  const auto three = [&](std::size_t c) { return Vector3d(y[c * n + k], y[(c + 1) * n + k], y[(c + 2) * n + k]); };
-  SpatialMotion m;
-  m.centre = three(SX);
-  m.velocity = three(SVX);
-  m.body_rates = three(ROLL_RATE);
-  // Between two steps a state is interpolated.
-  m.axes =
-      Eigen::Quaterniond(y[QW * n + k], y[QX * n + k], y[QY * n + k], y[QZ * n + k]).normalized().toRotationMatrix();
-  m.rotation = m.axes * m.body_rates;
-  return m;
+  const auto k = static_cast<std::size_t>(car);
+  return lifted(parts_->motion(y, k), -parts_->cars.rise(k));
 }
 
-void SpatialModel::place(double* y, Eigen::Index car, const SpatialMotion& m) const {
+void SpatialModel::place(double* y, Eigen::Index car, const SpatialMotion& whole) const {
   const Eigen::Index n = car_count();
+  const SpatialMotion m = lifted(whole, parts_->cars.rise(static_cast<std::size_t>(car)));
   const Eigen::Quaterniond turn(m.axes);
   const double values[] = {m.centre.x(),
                            m.centre.y(),
@@ -326,7 +356,7 @@ void SpatialModel::settle(double t, double h, const double* before, double* y) {
   p.trucks.pass(t, h, y);
   p.trucks.keep_lateral();
   p.find_forces(t + h);
-  if (p.give_way(t + h, h)) p.find_forces(t + h);
+  if (p.give_way(t + h, h, y)) p.find_forces(t + h);
   p.couplers.note_peaks(t + h);
   p.trucks.order_derailments();
 }
@@ -338,13 +368,13 @@ Observation SpatialModel::observe(const double* y) const {
   std::vector<SpatialMotion> cars(p.cars.n);
   for (std::size_t k = 0; k < p.cars.n; ++k) {
     const auto car = static_cast<Eigen::Index>(k);
-    cars[k] = motion(y, car);
-    const SpatialMotion& q = cars[k];
+    cars[k] = p.motion(y, k);
+    const SpatialMotion q = motion(y, car);
     CarObservation& o = seen.cars[k];
     const Eigen::Quaterniond turn(q.axes);
     o.x = q.centre.x();
     o.y = q.centre.y();
-    o.z = q.centre.z() - p.cars.bodies[k].centre_height;
+    o.z = q.centre.z() - at(car).centre_height;
     o.qx = turn.x();
     o.qy = turn.y();
     o.qz = turn.z();
@@ -358,7 +388,7 @@ Observation SpatialModel::observe(const double* y) const {
     o.omega = q.rotation.z();
     for (const bool front : {true, false}) {
       const std::size_t truck = p.cars.truck_of(k, front);
-      const Vector3d place = q.point(p.cars.truck_place(truck));
+      const Vector3d place = cars[k].point(p.cars.truck_place(truck));
       const TrackPlace by_track = track_place(car, {place.x(), place.y()});
       const double height = place.z() - p.bed.profile.at(by_track.s).height;
       (front ? o.front_truck : o.rear_truck) = TruckPlace{by_track.s, by_track.offset, height, p.trucks.load(truck)};
@@ -373,10 +403,13 @@ Observation SpatialModel::observe(const double* y) const {
 }
 
 PlanColumns SpatialModel::plan(const double* y) const {
-  const Eigen::Index n = car_count();
-  yaw_rate_.resize(n);
-  for (Eigen::Index k = 0; k < n; ++k) yaw_rate_[k] = motion(y, k).rotation.z();
-  return {y + SX * n, y + SY * n, y + SVX * n, y + SVY * n, yaw_rate_.data()};
+  plan_.resize(car_count(), 5);
+  for (Eigen::Index k = 0; k < car_count(); ++k) {
+    const SpatialMotion q = motion(y, k);
+    plan_.row(k) << q.centre.x(), q.centre.y(), q.velocity.x(), q.velocity.y(), q.rotation.z();
+  }
+  const auto column = [&](Eigen::Index c) { return plan_.col(c).data(); };
+  return {column(0), column(1), column(2), column(3), column(4)};
 }
 
 CarMotion SpatialModel::car_motion(const double* y, Eigen::Index car) const {
@@ -390,8 +423,9 @@ CarMotion SpatialModel::car_motion(const double* y, Eigen::Index car) const {
 }
 
 Footprint SpatialModel::footprint(const double* y, Eigen::Index car) const {
-  const Body& b = parts_->cars.bodies[static_cast<std::size_t>(car)];
-  const SpatialMotion q = motion(y, car);
+  const auto k = static_cast<std::size_t>(car);
+  const Body& b = parts_->cars.bodies[k];
+  const SpatialMotion q = parts_->motion(y, k);
   const Vector3d centre = q.point(b.box_centre);
   Footprint f{{centre.x(), centre.y()}, car_motion(y, car).axis, 0.0, 0.0};
   const auto half_extent = [&](const Vector2& u) { return b.half_extent(q.axes.topRows<2>().transpose() * u); };
@@ -401,8 +435,9 @@ Footprint SpatialModel::footprint(const double* y, Eigen::Index car) const {
 }
 
 std::optional<Attitude> SpatialModel::attitude(const double* y, Eigen::Index car) const {
-  const Body& b = parts_->cars.bodies[static_cast<std::size_t>(car)];
-  const SpatialMotion q = motion(y, car);
+  const auto k = static_cast<std::size_t>(car);
+  const Body& b = parts_->cars.bodies[k];
+  const SpatialMotion q = parts_->motion(y, k);
   const Vector3d centre = q.point(b.box_centre);
   const double rails = parts_->bed.profile.at(track_place(car, {centre.x(), centre.y()}).s).bed;
   const double middle = centre.z() - rails;
@@ -420,8 +455,9 @@ void SpatialModel::find_headings(const double* y, double* cosine, double* sine) 
 
 void SpatialModel::find_gaps(const double* y, double* gap, double* rate) const {
   for (Eigen::Index i = 0; i < coupler_count(); ++i) {
-    const SpatialMotion lead = motion(y, i), trail = motion(y, i + 1);
-    const Bar b = parts_->couplers.bar(lead, trail, static_cast<std::size_t>(i));
+    const auto k = static_cast<std::size_t>(i);
+    const SpatialMotion lead = parts_->motion(y, k), trail = parts_->motion(y, k + 1);
+    const Bar b = parts_->couplers.bar(lead, trail, k);
     gap[i] = b.gap;
     rate[i] = b.rate(lead, trail);
   }
@@ -459,7 +495,7 @@ EnergyLedger SpatialModel::energy(const double* y) const {
   EnergyLedger e = p.record.spent;
   std::vector<SpatialMotion> cars(p.cars.n);
   for (std::size_t k = 0; k < p.cars.n; ++k) {
-    const SpatialMotion& q = cars[k] = motion(y, static_cast<Eigen::Index>(k));
+    const SpatialMotion& q = cars[k] = p.motion(y, k);
     const Body& b = p.cars.bodies[k];
     e.kinetic_translation += 0.5 * b.mass * q.velocity.squaredNorm();
     e.kinetic_rotation += 0.5 * q.body_rates.dot(b.inertia.cwiseProduct(q.body_rates));
@@ -477,9 +513,9 @@ EnergyLedger SpatialModel::energy(const double* y) const {
 
 SpatialMomentum SpatialModel::momentum(const double* y) const {
   SpatialMomentum sum;
-  for (Eigen::Index k = 0; k < car_count(); ++k) {
-    const SpatialMotion q = motion(y, k);
-    const Body& b = parts_->cars.bodies[static_cast<std::size_t>(k)];
+  for (std::size_t k = 0; k < parts_->cars.n; ++k) {
+    const SpatialMotion q = parts_->motion(y, k);
+    const Body& b = parts_->cars.bodies[k];
     sum.linear += b.mass * q.velocity;
     sum.angular += b.mass * q.centre.cross(q.velocity) + q.axes * b.inertia.cwiseProduct(q.body_rates);
   }
@@ -501,6 +537,7 @@ void SpatialModel::walk(double t, const double* y, files::Archive& archive) {
   archive.group("contacts", [&] { p.contacts.walk(archive); });
   if (!archive.restoring()) return;
   if (!(p.scenario.terrain.rest_speed > 0.0)) p.cars.rest.wake_all();
+  for (std::size_t k = 0; k < p.cars.n; ++k) p.bare(k, p.trucks.lost_both(k));
   p.cars.look_anew(y);
   p.trucks.restored();
   p.find_forces(t);

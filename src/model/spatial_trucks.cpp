@@ -366,7 +366,7 @@ bool SpatialTrucks::give_way(double t, double h) {
     const std::size_t car = cars_.car_of(truck);
     if (load_[truck] > 0.0 || lost_[truck] || cars_.rest.lies(car)) continue;
     if (cars_.axes[8 * n + car] >= cos_part_) continue;
-    record_.spent.work_truck_damping += energy(truck, cars_.at(car));
+    record_.spent.work_trucks += energy(truck, cars_.at(car));
     lost_[truck] = true;
     find_grounded(car);
     forget_taken(car);

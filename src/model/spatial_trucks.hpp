@@ -48,6 +48,7 @@ class SpatialTrucks {
   /// Its trucks are on the rails or on the ties, and brakes, rolling resistance or the drag of the ties hold them.
   bool held_by_brakes(std::size_t car) const;
   bool lost(std::size_t truck) const { return lost_[truck]; }
+  bool lost_both(std::size_t car) const { return lost_[car] && lost_[cars_.n + car]; }
   bool past(std::size_t car) const { return past_[car]; }
   Cause cause(std::size_t car) const { return first_cause_[car]; }
   double arc(std::size_t truck) const { return arc_[truck]; }

@@ -123,9 +123,11 @@ SpatialResponses spatial_responses(const Scenario& s) {
         1.0 / c.mass + square(half) / c.yaw_inertia + (square(0.5 * c.width) + across * across) / c.roll_inertia};
   };
   double corner = 0.0, next_corner = 0.0;
+  std::vector<Car> bodies = cars;
+  if (s.suspension.part_angle < M_PI) std::transform(cars.begin(), cars.end(), bodies.begin(), without_trucks);
   for (std::size_t i = 0; i < cars.size(); ++i) {
     const Car& c = cars[i];
-    const Of here = of(c);
+    const Of here = of(bodies[i]);
     // Bounce and roll, or yaw and pitch, of a car on four sides of trucks.
     const double spread = 0.25 * c.truck_spacing * c.truck_spacing / c.yaw_inertia;
     const double truck = 4.0 * std::max({1.0 / c.mass, spread, square(s.suspension.half_base) / c.roll_inertia});
@@ -144,14 +146,14 @@ SpatialResponses spatial_responses(const Scenario& s) {
     corner = std::max(corner, here.corner);
     if (i + 1 == cars.size()) continue;
     const Car& d = cars[i + 1];
-    const Of there = of(d);
+    const Of there = of(bodies[i + 1]);
     // Twice: a car has a coupler at either end.
     const double both = 2.0 * (here.pin + there.pin);
     r.pin = std::max(r.pin, both);
     r.coupler_damping = std::max(r.coupler_damping, both * coupler_damping(s.coupler, c.mass, d.mass));
     r.swing = std::max(r.swing, 2.0 * std::max(here.swing, there.swing));
     r.pitch = std::max(r.pitch, 2.0 * std::max(here.pitch, there.pitch));
-    r.roll = std::max(r.roll, 2.0 * (1.0 / c.roll_inertia + 1.0 / d.roll_inertia));
+    r.roll = std::max(r.roll, 2.0 * (1.0 / bodies[i].roll_inertia + 1.0 / bodies[i + 1].roll_inertia));
   }
   // A car in a pile-up is pushed by two others at a time.
   if (cars.size() > 1) r.contact = 2.0 * (corner + next_corner);

@@ -29,9 +29,19 @@ std::vector<Car> expand(const std::vector<inputs::CarBlock>& consist) {
     car.coupler_type = block.coupler_type;
     car.cylinder = block.shape == inputs::BodyShape::cylinder;
     car.roll_inertia = block.roll_inertia.value_or(body.roll_inertia * car.mass);
+    car.truck_mass = block.truck_weight.value_or(body.truck) / inputs::kStandardGravity;
     cars.insert(cars.end(), static_cast<std::size_t>(block.count), car);
   }
   return cars;
+}
+
+Car without_trucks(const Car& car) {
+  Car left = car;
+  const double share = 1.0 - 2.0 * car.truck_mass / car.mass;
+  for (double* x : {&left.mass, &left.weight, &left.yaw_inertia, &left.roll_inertia}) *x *= share;
+  left.centre_height = kTruckHeight + (car.centre_height - kTruckHeight) / share;
+  left.truck_mass = 0.0;
+  return left;
 }
 
 }  // namespace train_derail::model

@@ -24,9 +24,8 @@ double energy(double angle, double limit, double stiffness, double most) {
 }  // namespace
 
 SpatialBar::SpatialBar(const inputs::Coupler& law, const inputs::CouplerHold& hold,
-                       const SimTK::GeneralForceSubsystem& forces, double damping, bool roll_stop,
-                       const SimTK::MobilizedBody& ahead, const Vec3& rear_pin, const SimTK::MobilizedBody& behind,
-                       const Vec3& front_pin)
+                       const SimTK::GeneralForceSubsystem& forces, double damping, bool roll_stop, const CarBody& ahead,
+                       const Vec3& rear_pin, const CarBody& behind, const Vec3& front_pin)
     : law_(law),
       hold_(hold),
       forces_(forces),
@@ -53,18 +52,19 @@ void SpatialBar::calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVec>
                            SimTK::Vector&) const {
   if (broken(state)) return;
   const auto apply = [&](const Downhill& s, double factor) {
-    ahead_.applyForceToBodyPoint(state, Vec3(0.0), factor * s.force, forces);
-    ahead_.applyBodyTorque(state, factor * s.on_ahead, forces);
-    behind_.applyForceToBodyPoint(state, Vec3(0.0), -factor * s.force, forces);
-    behind_.applyBodyTorque(state, factor * s.on_behind, forces);
+    ahead_.now(state).applyForceToBodyPoint(state, Vec3(0.0), factor * s.force, forces);
+    ahead_.now(state).applyBodyTorque(state, factor * s.on_ahead, forces);
+    behind_.now(state).applyForceToBodyPoint(state, Vec3(0.0), -factor * s.force, forces);
+    behind_.now(state).applyBodyTorque(state, factor * s.on_behind, forces);
   };
   const Stretch now = stretch(state);
   apply(now.shortening, -buff(state, now));
-  apply(stops(ahead_.getBodyTransform(state), behind_.getBodyTransform(state)), 1.0);
+  apply(stops(ahead_.now(state).getBodyTransform(state), behind_.now(state).getBodyTransform(state)), 1.0);
 }
 
 double SpatialBar::holds(const State& state) const {
-  const Transform &ahead = ahead_.getBodyTransform(state), &behind = behind_.getBodyTransform(state);
+  const Transform &ahead = ahead_.now(state).getBodyTransform(state),
+                  &behind = behind_.now(state).getBodyTransform(state);
   const Vec3 between = ahead * rear_pin_ - behind * front_pin_;
   double moments = 0.0, swing = 0.0, rise = 0.0;
   for (const Transform* body : {&ahead, &behind}) {
@@ -99,7 +99,8 @@ double SpatialBar::on_edges(const Transform& ahead, const Transform& behind) con
 }
 
 SpatialBar::Stretch SpatialBar::stretch(const State& state) const {
-  const Transform &ahead = ahead_.getBodyTransform(state), &behind = behind_.getBodyTransform(state);
+  const Transform &ahead = ahead_.now(state).getBodyTransform(state),
+                  &behind = behind_.now(state).getBodyTransform(state);
   const auto pins = [this](const Transform& a, const Transform& b) { return (a * rear_pin_ - b * front_pin_).norm(); };
   const auto edges = [this](const Transform& a, const Transform& b) { return on_edges(a, b); };
   // Where faces begin to press the length jumps, its slope must not.
@@ -111,7 +112,7 @@ SpatialBar::Stretch SpatialBar::stretch(const State& state) const {
 double SpatialBar::buff(const State& state) const { return buff(state, stretch(state)); }
 
 double SpatialBar::buff(const State& state, const Stretch& s) const {
-  const auto &ahead = ahead_.getBodyVelocity(state), &behind = behind_.getBodyVelocity(state);
+  const auto &ahead = ahead_.now(state).getBodyVelocity(state), &behind = behind_.now(state).getBodyVelocity(state);
   const double rate = -SimTK::dot(s.shortening.force, ahead[1] - behind[1]) -
                       SimTK::dot(s.shortening.on_ahead, ahead[0]) - SimTK::dot(s.shortening.on_behind, behind[0]);
   return buff(s.length, rate);

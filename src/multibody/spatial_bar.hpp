@@ -4,6 +4,7 @@
 
 #include <Simbody.h>
 
+#include "multibody/car_body.hpp"
 #include "train_derail/inputs/car_types.hpp"
 #include "train_derail/inputs/scenario.hpp"
 
@@ -14,8 +15,8 @@ namespace train_derail::multibody {
 class SpatialBar final : public SimTK::Force::Custom::Implementation {
  public:
   SpatialBar(const inputs::Coupler& law, const inputs::CouplerHold& hold, const SimTK::GeneralForceSubsystem& forces,
-             double damping, bool roll_stop, const SimTK::MobilizedBody& ahead, const SimTK::Vec3& rear_pin,
-             const SimTK::MobilizedBody& behind, const SimTK::Vec3& front_pin);
+             double damping, bool roll_stop, const CarBody& ahead, const SimTK::Vec3& rear_pin, const CarBody& behind,
+             const SimTK::Vec3& front_pin);
 
   bool broken(const SimTK::State& state) const;
   void part(SimTK::State& state) const;
@@ -58,7 +59,7 @@ class SpatialBar final : public SimTK::Force::Custom::Implementation {
   const SimTK::GeneralForceSubsystem& forces_;
   const double damping_;
   const bool roll_stop_;
-  const SimTK::MobilizedBody ahead_, behind_;
+  const CarBody ahead_, behind_;
   const SimTK::Vec3 rear_pin_, front_pin_;
   mutable SimTK::DiscreteVariableIndex broken_;
 };

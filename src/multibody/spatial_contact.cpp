@@ -14,20 +14,19 @@ using SimTK::Vec3;
 using Names = SimTK::Array_<int>;
 
 BodyContacts::BodyContacts(const inputs::Scenario& s, const std::vector<model::Car>& train,
-                           const std::vector<SimTK::MobilizedBody::Free>& bodies,
-                           const SimTK::GeneralForceSubsystem& forces, double settle_time, bool at_centre)
+                           const std::vector<CarBody>& bodies, const SimTK::GeneralForceSubsystem& forces,
+                           double settle_time, bool at_centre)
     : law_(s.contact),
       quiet_(s.ground.regularization_speed),
       forces_(forces),
       settle_time_(settle_time),
       at_centre_(at_centre),
-      bodies_(bodies.begin(), bodies.end()) {
+      bodies_(bodies) {
   for (const model::Car& car : train) {
     const double height = car.roof_height - car.floor_height;
     half_.emplace_back(0.5 * car.length, 0.5 * car.width, 0.5 * height);
     centre_.emplace_back(0.0, 0.0, car.floor_height + 0.5 * height - car.centre_height);
     radius_.push_back(half_.back().norm());
-    mass_.push_back(car.mass);
   }
 }
 
@@ -46,7 +45,7 @@ void BodyContacts::realizeTopology(State& state) const {
 }
 
 Block BodyContacts::block(const State& state, std::size_t car) const {
-  const SimTK::Transform& at = bodies_[car].getBodyTransform(state);
+  const SimTK::Transform& at = bodies_[car].now(state).getBodyTransform(state);
   return {at * centre_[car], at.R(), half_[car]};
 }
 
@@ -80,7 +79,7 @@ void BodyContacts::calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVe
 }
 
 bool BodyContacts::at_end(const State& state, std::size_t car, const Vec3& normal) const {
-  const Vec3 own = (~bodies_[car].getBodyRotation(state) * normal).abs();
+  const Vec3 own = (~bodies_[car].now(state).getBodyRotation(state) * normal).abs();
   return own[0] > own[1] && own[0] >= own[2];
 }
 
@@ -88,7 +87,7 @@ BodyContacts::Strain BodyContacts::press(const State& state, std::size_t a, std:
                                          const Strain& now, SimTK::Vector_<SimTK::SpatialVec>& forces,
                                          std::vector<Push>& pushes) const {
   const Vec3& n = patch.normal;
-  const SimTK::MobilizedBody &first = bodies_[a], &second = bodies_[b];
+  const SimTK::MobilizedBody &first = bodies_[a].now(state), &second = bodies_[b].now(state);
   const auto station = [&state](const SimTK::MobilizedBody& body, const Vec3& point) {
     return ~body.getBodyTransform(state) * point;
   };
@@ -128,7 +127,8 @@ BodyContacts::Strain BodyContacts::press(const State& state, std::size_t a, std:
   const Vec3 held = along.norm() > most ? Vec3(most / along.norm() * along) : along;
   change.sheared = sliding / force + (held - now.sheared) / settle_time_;
   // Three tenths of what is critical.
-  const double damping = 0.3 * 2.0 * std::sqrt(law_.stiffness * mass_[a] * mass_[b] / (mass_[a] + mass_[b]));
+  const double mass_a = first.getBodyMass(state), mass_b = second.getBodyMass(state);
+  const double damping = 0.3 * 2.0 * std::sqrt(law_.stiffness * mass_a * mass_b / (mass_a + mass_b));
   for (int i = 0; i < patch.count; ++i) {
     Vec3 rub = -push[i] / force * (law_.stiffness * held + damping * slip[i]);
     const double limit = law_.friction * push[i];

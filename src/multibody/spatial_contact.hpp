@@ -8,6 +8,7 @@
 #include <Simbody.h>
 
 #include "multibody/body_patch.hpp"
+#include "multibody/car_body.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/train.hpp"
 
@@ -18,9 +19,8 @@ namespace train_derail::multibody {
 class BodyContacts final : public SimTK::Force::Custom::Implementation {
  public:
   /// `at_centre`: a mistake is put in, the force acts at the centres of mass.
-  BodyContacts(const inputs::Scenario& s, const std::vector<model::Car>& train,
-               const std::vector<SimTK::MobilizedBody::Free>& bodies, const SimTK::GeneralForceSubsystem& forces,
-               double settle_time, bool at_centre);
+  BodyContacts(const inputs::Scenario& s, const std::vector<model::Car>& train, const std::vector<CarBody>& bodies,
+               const SimTK::GeneralForceSubsystem& forces, double settle_time, bool at_centre);
 
   /// Two cars that push each other, a < b: a place, and the velocity of the first against the second where they close
   /// fastest.
@@ -63,9 +63,9 @@ class BodyContacts final : public SimTK::Force::Custom::Implementation {
   const SimTK::GeneralForceSubsystem& forces_;
   const double settle_time_;
   const bool at_centre_;
-  std::vector<SimTK::MobilizedBody> bodies_;
+  const std::vector<CarBody> bodies_;
   std::vector<SimTK::Vec3> centre_, half_;  // of the bodies of cars
-  std::vector<double> mass_, radius_;
+  std::vector<double> radius_;
   mutable SimTK::DiscreteVariableIndex axes_;  // Patch::axis of every pair, of the step before
   mutable SimTK::ZIndex strains_;
   mutable SimTK::CacheEntryIndex rates_, pushes_;  // found with the forces

@@ -17,6 +17,7 @@
 #include <Simbody.h>
 #include <Eigen/Geometry>
 
+#include "multibody/car_body.hpp"
 #include "multibody/simbody_run.hpp"
 #include "multibody/spatial_bar.hpp"
 #include "multibody/spatial_contact.hpp"
@@ -43,10 +44,11 @@ constexpr double kUsualAccuracy = 1e-5;
 /// wrong.
 class WrongGyroscope final : public SimTK::Force::Custom::Implementation {
  public:
-  explicit WrongGyroscope(std::vector<MobilizedBody> bodies) : bodies_(std::move(bodies)) {}
+  explicit WrongGyroscope(std::vector<CarBody> bodies) : bodies_(std::move(bodies)) {}
   void calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVec>& forces, SimTK::Vector_<Vec3>&,
                  SimTK::Vector&) const override {
-    for (const MobilizedBody& body : bodies_) {
+    for (const CarBody& car : bodies_) {
+      const MobilizedBody& body = car.now(state);
       const Rotation& axes = body.getBodyRotation(state);
       const Vec3 rates = ~axes * body.getBodyAngularVelocity(state);
       const Vec3 spin = body.getBodyMassProperties(state).getInertia() * rates;
@@ -56,7 +58,7 @@ class WrongGyroscope final : public SimTK::Force::Custom::Implementation {
   Real calcPotentialEnergy(const State&) const override { return 0.0; }
 
  private:
-  const std::vector<MobilizedBody> bodies_;
+  const std::vector<CarBody> bodies_;
 };
 
 /// Event: something that holds, a positive number, does not hold any more.
@@ -126,6 +128,7 @@ class SpatialRun final : public SimbodyRun {
     State state = system_.realizeTopology();
     for (const Support* support : supports_) support->set_weights(state);
     if (contacts_ != nullptr) contacts_->set_weights(state);
+    for (const CarBody& body : bodies_) body.begin(state);
     place(state, start != nullptr ? *start : in_line());
     let_go(state);
     begin(state, o.accuracy > 0.0 ? o.accuracy : kUsualAccuracy);
@@ -135,7 +138,8 @@ class SpatialRun final : public SimbodyRun {
   std::vector<BodyMotion> cars() const override {
     system_.realize(state(), Stage::Velocity);
     std::vector<BodyMotion> result;
-    for (const MobilizedBody& body : bodies_) {
+    for (const CarBody& car : bodies_) {
+      const MobilizedBody& body = car.now(state());
       BodyMotion& m = result.emplace_back();
       m.centre = to_eigen(body.getBodyOriginLocation(state()));
       for (int c = 0; c < 3; ++c) m.axes.col(c) = to_eigen(body.getBodyRotation(state()).col(c).asVec3());
@@ -171,10 +175,7 @@ class SpatialRun final : public SimbodyRun {
                                  o.settle_time,
                                  o.fault == Fault::centre_below_rail ? -1.0 : 1.0};
     for (const model::Car& car : train_) {
-      // As of a bar: the same about the lateral and the vertical axis.
-      const SimTK::MassProperties mass(car.mass, Vec3(0.0),
-                                       SimTK::Inertia(car.roll_inertia, car.yaw_inertia, car.yaw_inertia));
-      const MobilizedBody& body = bodies_.emplace_back(matter_.updGround(), SimTK::Body::Rigid(mass));
+      const CarBody& body = bodies_.emplace_back(matter_, car);
       auto support = std::make_unique<Support>(common, supports_.size(), car, body);
       supports_.push_back(support.get());
       SimTK::Force::Custom(forces_, support.release());
@@ -208,8 +209,7 @@ class SpatialRun final : public SimbodyRun {
                                            }));
       SimTK::Force::Custom(forces_, bar.release());
     }
-    if (o.fault == Fault::gyroscopic_sign)
-      SimTK::Force::Custom(forces_, new WrongGyroscope({bodies_.begin(), bodies_.end()}));
+    if (o.fault == Fault::gyroscopic_sign) SimTK::Force::Custom(forces_, new WrongGyroscope(bodies_));
   }
 
   void add_events(std::size_t car, std::size_t truck) {
@@ -224,7 +224,10 @@ class SpatialRun final : public SimbodyRun {
         [=](const State& s) {
           return support->stand(s, truck) == Stand::off_rails ? support->holds_on(s, truck) : kGone;
         },
-        [=](State& s) { support->set_stand(s, truck, Stand::lost); }));
+        [=](State& s) {
+          support->set_stand(s, truck, Stand::lost);
+          if (train_[car].truck_mass > 0.0 && support->stand(s, 1 - truck) == Stand::lost) bodies_[car].lose_trucks(s);
+        }));
   }
 
   /// A truck leaves the rails and tears them; so do those that stand there.
@@ -244,7 +247,7 @@ class SpatialRun final : public SimbodyRun {
   /// The end of the rail pushes a truck aside: a blow across the car, at the height of its centre of mass.
   void kick(State& state, std::size_t car, std::size_t truck) const {
     system_.realize(state, Stage::Velocity);
-    const MobilizedBody::Free& body = bodies_[car];
+    const MobilizedBody::Free& body = bodies_[car].now(state);
     const double arm = (truck == 0 ? 0.5 : -0.5) * train_[car].truck_spacing;
     const double mass = train_[car].mass, inertia = train_[car].yaw_inertia;
     const double blow = drawn_.kicks[2 * car + truck] / (1.0 / mass + arm * arm / inertia);
@@ -286,8 +289,9 @@ class SpatialRun final : public SimbodyRun {
     for (std::size_t k = 0; k < train_.size(); ++k) {
       const BodyMotion& m = start[k];
       const SimTK::Mat33 axes(from_eigen(m.axes.col(0)), from_eigen(m.axes.col(1)), from_eigen(m.axes.col(2)));
-      bodies_[k].setQToFitTransform(state, Transform(Rotation(axes), from_eigen(m.centre)));
-      bodies_[k].setUToFitVelocity(state, SimTK::SpatialVec(from_eigen(m.rotation), from_eigen(m.velocity)));
+      const MobilizedBody::Free& body = bodies_[k].now(state);
+      body.setQToFitTransform(state, Transform(Rotation(axes), from_eigen(m.centre)));
+      body.setUToFitVelocity(state, SimTK::SpatialVec(from_eigen(m.rotation), from_eigen(m.velocity)));
     }
   }
 
@@ -321,7 +325,7 @@ class SpatialRun final : public SimbodyRun {
   void follow() override {
     system_.realize(state(), Stage::Velocity);
     for (auto k = static_cast<std::size_t>(scenario_.initial.cars_ahead); k < bodies_.size(); ++k)
-      if (bodies_[k].getBodyOriginLocation(state())[0] >= 0.0) past_[k] = 1;
+      if (bodies_[k].now(state()).getBodyOriginLocation(state())[0] >= 0.0) past_[k] = 1;
     for (std::size_t i = 0; i < bars_.size(); ++i) {
       const int coupler = static_cast<int>(i) + 1;
       if (bars_[i]->broken(state())) {
@@ -381,7 +385,7 @@ class SpatialRun final : public SimbodyRun {
   static constexpr double kFarthest = 2000.0;  // from its place at the start, the rails are as they are there [m]
   const Start drawn_;
   const Alignment alignment_;
-  std::vector<MobilizedBody::Free> bodies_;
+  std::vector<CarBody> bodies_;
   std::vector<const Support*> supports_;  // the force subsystem owns these and what follows
   const BrakePipe* pipe_ = nullptr;
   const TornTrack* torn_ = nullptr;

@@ -42,12 +42,13 @@ double critical_damping(double stiffness, double mass) { return 2.0 * std::sqrt(
 struct Support::Moving {
   const SimTK::Transform& frame;
   const SimTK::SpatialVec& rates;
+  double damping;  // of the body on the ground, over that of the whole car: critical for less mass
   Vec3 arm(const Vec3& station) const { return frame.R() * station; }
   Vec3 place(const Vec3& station) const { return frame.p() + arm(station); }
   Vec3 velocity(const Vec3& station) const { return rates[1] + SimTK::cross(rates[0], arm(station)); }
 };
 
-Support::Support(const Common& common, std::size_t number, const model::Car& car, const SimTK::MobilizedBody& body)
+Support::Support(const Common& common, std::size_t number, const model::Car& car, const CarBody& body)
     : common_(common),
       scenario_(common.scenario),
       number_(number),
@@ -131,7 +132,7 @@ void Support::calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVec>& f
     if (hangs(car, i, loads[i])) hung_rate[i] = 1.0;
     pull_at(sum, car, trucks_[i], static_cast<int>(i), Vec3(along.force, lateral, 0.0));
   }
-  forces[body_.getMobilizedBodyIndex()] += sum;
+  forces[body_.now(state).getMobilizedBodyIndex()] += sum;
 }
 
 void Support::realizeAcceleration(const State& state) const {
@@ -187,7 +188,8 @@ double Support::along_track(const State& state, std::size_t truck) const {
 }
 
 Support::Moving Support::moving(const State& state) const {
-  return {body_.getBodyTransform(state), body_.getBodyVelocity(state)};
+  const SimTK::MobilizedBody& body = body_.now(state);
+  return {body.getBodyTransform(state), body.getBodyVelocity(state), std::sqrt(body_.share(state))};
 }
 
 const Support::Stands& Support::stands(const State& state) const {
@@ -205,7 +207,7 @@ Support::Pressing Support::pressing(const Moving& car, const Point& p, bool on_r
   const GroundAt g = on_rails ? GroundAt{0.0, Vec3(0.0, 0.0, 1.0)} : ground_at(scenario_.terrain, place[1]);
   const double spring = p.stiffness * (p.reach + g.height - place[2]);
   // A wheel that has left the ground is not held back by its damper.
-  return {spring > 0.0 ? spring - p.damping * SimTK::dot(velocity, g.up) : spring, g.up, velocity};
+  return {spring > 0.0 ? spring - car.damping * p.damping * SimTK::dot(velocity, g.up) : spring, g.up, velocity};
 }
 
 Support::Touch Support::touch(const Moving& car, const Stands& stands, const Point& p, const Vec3& strain) const {
@@ -221,7 +223,7 @@ Support::Touch Support::touch(const Moving& car, const Stands& stands, const Poi
   const Vec3 slip = press.velocity - SimTK::dot(press.velocity, normal) * normal;
   const Vec3 along = strain - SimTK::dot(strain, normal) * normal;
   const double stiffness = scenario_.terrain.body_stiffness;
-  const Vec3 pull = -stiffness * along - ground_damping_ * slip;
+  const Vec3 pull = -stiffness * along - car.damping * ground_damping_ * slip;
   const double most = friction(car, p, pull) * load, size = pull.norm();
   if (size <= most) {
     t.force += pull;

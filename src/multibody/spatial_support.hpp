@@ -8,6 +8,7 @@
 
 #include <Simbody.h>
 
+#include "multibody/car_body.hpp"
 #include "multibody/spatial_events.hpp"
 #include "multibody/start.hpp"
 #include "train_derail/inputs/scenario.hpp"
@@ -36,7 +37,7 @@ class Support final : public SimTK::Force::Custom::Implementation {
     double lever_sign;   // -1: a mistake is put in
   };
   /// Of car `number`.
-  Support(const Common& common, std::size_t number, const model::Car& car, const SimTK::MobilizedBody& body);
+  Support(const Common& common, std::size_t number, const model::Car& car, const CarBody& body);
 
   /// An error of a strain of the ground counts a hundredth of one of a place: it is forgotten within settle_time. Rails
   /// hold what stands.
@@ -111,7 +112,7 @@ class Support final : public SimTK::Force::Custom::Implementation {
   const Common common_;
   const inputs::Scenario& scenario_;
   const std::size_t number_;
-  const SimTK::MobilizedBody body_;
+  const CarBody body_;
   const SimTK::GeneralForceSubsystem& forces_;
   const double settle_time_, lever_sign_;
   const double rail_damping_, ground_damping_;

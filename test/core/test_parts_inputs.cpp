@@ -178,6 +178,22 @@ TEST(Parts, BodiesStandUprightWithTheirCentreBelowTheTop) {
       "block; allowed: <= 1.1 m");
   EXPECT_EQ(underframe({}, 4.0),
             "scenario: consist[0].underframe_width = '4': wider than width = 3.048 m; allowed: <= 3.048 m");
+  const auto truck = [](const std::optional<double>& truck_weight, double car) {
+    return refusal([&](Scenario& s) {
+      s.model = inputs::Model::spatial;
+      s.consist[0].weight = car;
+      s.consist[0].truck_weight = truck_weight;
+    });
+  };
+  EXPECT_EQ(truck(0.0, 1e4), "no error");
+  EXPECT_EQ(truck(4e5, 1e6), "no error");
+  EXPECT_EQ(truck(4.01e5, 1e6),
+            "scenario: consist[0].truck_weight = '401000': two of them are more than 0.8 of weight = 1e+06 N; allowed: "
+            "<= 400000 N");
+  EXPECT_EQ(
+      truck({}, 1e5),
+      "scenario: consist[0].truck_weight = '42258.1': two of them are more than 0.8 of weight = 100000 N; it goes "
+      "with the name of the block; allowed: <= 40000 N");
   EXPECT_EQ(of_block(1.0, 3.0, 3.0),
             "scenario: consist[0].centre_height = '3': not below roof_height = 3 m; allowed: < 3 m");
   EXPECT_EQ(of_block({}, 2.0, {}),

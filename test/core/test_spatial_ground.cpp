@@ -155,21 +155,93 @@ inputs::Scenario on_a_narrow_underframe() {
   return s;
 }
 
+/// So much higher is its centre of mass without trucks, which have theirs at the axles of 36 in wheels [m].
+double rise_without_trucks(const inputs::Scenario& s) {
+  const double trucks = 2.0 * *s.consist[0].truck_weight;
+  return trucks / (s.consist[0].weight - trucks) * (height_of(s) - 0.4572);
+}
+
+TEST(OffTheRails, ABodyThatLosesItsTrucksIsLighterByThem) {
+  inputs::Scenario s = rigid(1, 1e-4);
+  s.consist[0].truck_weight = 15.0 * inputs::kKip;
+  s.suspension.part_angle = 0.5;
+  const inputs::CarBlock& block = s.consist[0];
+  const double share = 1.0 - 2.0 * *block.truck_weight / block.weight, rise = rise_without_trucks(s);
+  // Aloft it rolls on, until they part; then nothing else happens to it.
+  const Vector3d velocity(3.0, -1.0, 2.0), rates(1.0, 0.3, -0.2);
+  Train train(s, {at(test::kAloft, Matrix3d::Identity(), velocity, rates)});
+  const double energy = train.energy().total(), mass = train.momentum().linear.x() / velocity.x();
+  model::SpatialMomentum before;
+  SpatialMotion car = train.car(0);
+  for (before = train.momentum(); !train.model().truck_lost(0, true); train.step()) {
+    ASSERT_LT(train.time(), 1.0);
+    before = train.momentum();
+    car = train.car(0);
+  }
+  EXPECT_NEAR(train.roll(0), 0.5, 0.05);
+  const SpatialMotion after = train.car(0);
+  // Nobody sees it jump.
+  EXPECT_LT((after.centre - car.centre - 1e-4 * car.velocity).norm(), 1e-6);
+  EXPECT_LT((after.velocity - car.velocity).norm(), 1e-2);
+  EXPECT_LT((after.rotation - car.rotation).norm(), 1e-3);
+  EXPECT_NEAR(train.model().observe(train.data()).cars[0].x, after.centre.x(), 1e-12);
+  // It has the momentum of a lighter body whose centre is higher.
+  const Vector3d centre = after.centre + rise * after.axes.col(2),
+                 moves = after.velocity + after.rotation.cross(rise * after.axes.col(2));
+  const model::SpatialMomentum left = train.momentum();
+  EXPECT_LT((left.linear - share * mass * moves).norm() / left.linear.norm(), 1e-9);
+  const model::Car whole = model::expand(s.consist)[0];
+  const Vector3d inertia(whole.roll_inertia, whole.yaw_inertia, whole.yaw_inertia);
+  const Vector3d spin = after.axes * share * inertia.cwiseProduct(after.body_rates);
+  EXPECT_LT((left.angular - centre.cross(left.linear) - spin).norm() / spin.norm(), 1e-9);
+  // What the trucks took along: the rest of its motion and weight.
+  const auto motion = [&](double m, const Vector3d& v, const Vector3d& w) {
+    return 0.5 * m * v.squaredNorm() + 0.5 * m / mass * w.dot(inertia.cwiseProduct(w));
+  };
+  const double height = (after.centre.z() - whole.centre_height) - share * (centre.z() - whole.centre_height - rise);
+  EXPECT_NEAR(train.energy().work_trucks / (motion(mass, after.velocity, after.body_rates) -
+                                            motion(share * mass, moves, after.body_rates) + height * whole.weight),
+              1.0, 1e-6);
+  // From here on its centre falls freely.
+  const double from = train.time();
+  train.to(from + 1.0);
+  const SpatialMotion end = train.car(0);
+  const double t = train.time() - from;
+  const Vector3d fallen = centre + t * moves - Vector3d(0.0, 0.0, 0.5 * kGravity * t * t);
+  EXPECT_LT((end.centre + rise * end.axes.col(2) - fallen).norm(), 2e-3);
+  EXPECT_NEAR(train.energy().total() / energy, 1.0, 1e-4);
+}
+
+TEST(OffTheRails, ABodyWithoutTrucksLiesThereWithTheWeightOfTheRest) {
+  inputs::Scenario s = rigid(1);
+  s.consist[0].truck_weight = 20.0 * inputs::kKip;
+  const inputs::CarBlock& block = s.consist[0];
+  const model::Car car = model::expand(s.consist)[0];
+  const double above = height_of(s) - car.underframe_height;
+  Train train = without_trucks(s, at({200.0, 40.0, above - s.terrain.rail_height}));
+  train.to(3.0);
+  EXPECT_LT(std::abs(train.roll(0)), 1e-3);
+  // Six points of the underframe carry it.
+  const double rest = block.weight - 2.0 * *block.truck_weight;
+  EXPECT_NEAR(train.energy().suspension / (0.5 * rest * rest / (6.0 * s.terrain.body_stiffness)), 1.0, 1e-3);
+}
+
 TEST(OffTheRails, ABodyWithoutTrucksTipsOverItsUnderframe) {
   for (const bool narrow : {true, false}) {
     for (const double share : {0.97, 1.03}) {
       inputs::Scenario s = on_a_narrow_underframe();
       s.terrain.body_friction = 10.0;
       inputs::CarBlock& block = s.consist[0];
+      block.truck_weight = 10.0 * inputs::kKip;
       if (!narrow) block.underframe_height = block.floor_height;  // none
-      const double h = height_of(s) - *block.underframe_height,
+      const double above = height_of(s) - *block.underframe_height, h = above + rise_without_trucks(s),
                    slope = share * 0.5 * (narrow ? *block.underframe_width : block.width) / h, angle = std::atan(slope);
       s.terrain.bank_slope = slope;
       s.terrain.bank_left = 50.0;
       const Matrix3d axes = turned(-angle, Vector3d::UnitX());
       const Vector3d foot(50.0, s.terrain.crown + 0.5 * s.terrain.bank_left / slope,
                           -s.terrain.rail_height - 0.5 * s.terrain.bank_left);
-      Train train = without_trucks(s, at(foot + h * axes.col(2), axes));
+      Train train = without_trucks(s, at(foot + above * axes.col(2), axes));
       train.to(4.0);
       const double lean = std::abs(train.roll(0)) - angle;
       if (share < 1.0) EXPECT_LT(std::abs(lean), 0.05) << narrow;

@@ -73,7 +73,8 @@ Case one_car() {
   return {"one car",
           s,
           {at(standing(s, 50.0, 0.5), turned(0.2, Vector3d::UnitZ()), {6.0, 4.0, 0.0}, {-0.3, 0.0, 0.4})},
-          1.8};
+          1.8,
+          {2e-5}};
 }
 /// The lead car leaves the crown and pulls the next one round.
 Case two_cars() {
@@ -318,6 +319,8 @@ const Change kChanges[] = {
     {"yaw inertia", one_car, [](inputs::Scenario& s) { s.consist[0].yaw_inertia = kMore * car_of(s).yaw_inertia; }},
     {"height", one_car, [](inputs::Scenario& s) { s.consist[0].centre_height = kMore * car_of(s).centre_height; }},
     {"width", one_car, [](inputs::Scenario& s) { s.consist[0].width *= kMore; }},
+    {"trucks", one_car,
+     [](inputs::Scenario& s) { s.consist[0].truck_weight = kMore * test::kGravity * car_of(s).truck_mass; }},
     {"underframe", one_car,
      [](inputs::Scenario& s) { s.consist[0].underframe_height = kMore * car_of(s).underframe_height; }},
     {"underframe width", one_car,

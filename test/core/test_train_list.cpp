@@ -351,12 +351,14 @@ TEST_F(TrainLists, ThePagesHaveTheTables) {
     const std::string name = b.name.empty() ? "any other" : "`" + b.name + "`";
     const bool rises = b.centre_empty != b.centre_loaded;
     if (rises)
-      std::snprintf(row.data(), row.size(), "| %s | %.2f to %.2f m | %.2f m | %.2f m | %.2f m, %.2f m | %.2f m2 |",
-                    name.c_str(), b.centre_empty, b.centre_loaded, b.floor, b.roof, b.underframe, b.underframe_width,
+      std::snprintf(row.data(), row.size(),
+                    "| %s | %.2f to %.2f m | %.2f m | %.2f m | %.2f m, %.2f m | %.1f kip | %.2f m2 |", name.c_str(),
+                    b.centre_empty, b.centre_loaded, b.floor, b.roof, b.underframe, b.underframe_width, b.truck / kKip,
                     b.roll_inertia);
     else
-      std::snprintf(row.data(), row.size(), "| %s | %.2f m | %.2f m | %.2f m | %.2f m, %.2f m | %.2f m2 |",
-                    name.c_str(), b.centre_empty, b.floor, b.roof, b.underframe, b.underframe_width, b.roll_inertia);
+      std::snprintf(row.data(), row.size(), "| %s | %.2f m | %.2f m | %.2f m | %.2f m, %.2f m | %.1f kip | %.2f m2 |",
+                    name.c_str(), b.centre_empty, b.floor, b.roof, b.underframe, b.underframe_width, b.truck / kKip,
+                    b.roll_inertia);
     EXPECT_NE(page.find(row.data()), std::string::npos) << row.data();
     EXPECT_EQ(b.empty, 65 * kKip);
     EXPECT_EQ(b.loaded, 263 * kKip);

@@ -23,6 +23,7 @@ struct CarBody {
   double roof = 0.0;              ///< height of the top [m]
   double underframe = 0.0;        ///< height of what it lies on without trucks, floor or lower [m]
   double underframe_width = 0.0;  ///< width of that [m]
+  double truck = 0.0;             ///< weight of a truck with its wheels [N]
   double roll_inertia = 0.0;      ///< about the axis along the car, over the mass [m^2]
 };
 
@@ -81,6 +82,10 @@ const std::vector<CarBody>& car_bodies();
 const CarBody& body_of(std::string_view name);
 /// Height of the centre of mass of a car of this weight [N], between empty and loaded [m].
 double centre_height(const CarBody& body, double weight);
+
+/// The cars of a block, of this weight, have the body of that type: its name, width and heights. Its length, trucks and
+/// inertia stay as they are.
+void take_body(CarBlock& block, const CarType& type);
 
 /// What holds the pins of two cars together, up and down and in roll; see Coupler.
 struct CouplerHold {

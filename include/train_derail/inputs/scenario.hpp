@@ -54,6 +54,8 @@ struct CarBlock {
   std::optional<double> roof_height;           ///< of the top of the body above the rail; else by name [m]
   std::optional<double> underframe_height;     ///< of what the body lies on without trucks; else by name [m]
   std::optional<double> underframe_width;      ///< of that; else by name [m]
+  std::optional<double>
+      truck_weight;  ///< of one truck with its wheels, which it takes along as it parts; else by name [N]
   std::optional<double> roll_inertia;   ///< about the axis along the car through the centre of mass; else that of a box
                                         ///< (of a cylinder for tank_car) [kg m^2]
   std::string coupler_type;             ///< of its couplers, as Coupler::type; "": that

@@ -26,6 +26,7 @@ struct EnergyLedger {
   double work_grade = 0.0;            ///< lifting, uphill positive [J]
   double work_truck_damping = 0.0;    ///< taken by dampers of trucks [J]
   double work_body_ground = 0.0;      ///< taken by the ground from bodies that strike it [J]
+  double work_trucks = 0.0;           ///< taken along by trucks that parted from their bodies [J]
   double work_kicks = 0.0;            ///< given by kicks and obstacles, hence negative [J]
 
   /// Kinetic energy [J].
@@ -78,6 +79,9 @@ inline constexpr EnergyTerm kEnergyTerms[] = {
      "Work that the dampers of trucks took; spatial model only."},
     {"work_body_ground", &EnergyLedger::work_body_ground, "spent by bodies striking the ground",
      "Work that the ground took from bodies that strike it, along its normal; spatial model only."},
+    {"work_trucks", &EnergyLedger::work_trucks, "taken along by trucks that parted",
+     "Energy of motion, height and springs that trucks took along as they parted from their bodies; spatial model "
+     "only."},
     {"work_kicks", &EnergyLedger::work_kicks, "given by kicks",
      "Energy given by the kicks of the perturbation at the point of derailment, and by obstacles; given, hence "
      "negative."},

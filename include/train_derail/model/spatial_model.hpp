@@ -64,10 +64,11 @@ class SpatialModel final : public TrainModel {
   CarMotion car_motion(const double* y, Eigen::Index car) const override;
   Footprint footprint(const double* y, Eigen::Index car) const override;
   std::optional<Attitude> attitude(const double* y, Eigen::Index car) const override;
-  /// One car of state `y` in space.
+  /// One car of state `y` in space. Of a car that has lost its trucks too, "centre of mass" is where that of the whole
+  /// car was: nobody outside is to see it jump. The state itself has that of what is left.
   SpatialMotion motion(const double* y, Eigen::Index car) const;
   /// Puts a car of state `y` somewhere else; SpatialMotion::rotation follows from the body rates.
-  void place(double* y, Eigen::Index car, const SpatialMotion& motion) const;
+  void place(double* y, Eigen::Index car, const SpatialMotion& whole) const;
 
   bool derailed(Eigen::Index car) const override;
   bool past_pod(Eigen::Index car) const override;
@@ -94,7 +95,7 @@ class SpatialModel final : public TrainModel {
   void find_headings(const double* y, double* cosine, double* sine) const override;
 
   const std::unique_ptr<Parts> parts_;
-  mutable ArrayX yaw_rate_;  // about the vertical, of plan()
+  mutable Eigen::ArrayXXd plan_;  // the columns of plan()
 };
 
 }  // namespace train_derail::model

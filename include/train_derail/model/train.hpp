@@ -27,17 +27,25 @@ struct Car {
   std::string coupler_type{};      ///< inputs::CarBlock::coupler_type
   bool cylinder = false;           ///< the body is a cylinder with domed heads, not a box
   double roll_inertia = 0.0;       ///< about the axis along the car through the centre of mass [kg m^2]
+  double truck_mass = 0.0;         ///< of each of its two trucks, with wheels [kg]
 
   bool operator==(const Car& other) const {
     const auto all = [](const Car& c) {
       return std::tie(c.body, c.mass, c.weight, c.yaw_inertia, c.length, c.truck_spacing, c.width, c.centre_height,
                       c.floor_height, c.roof_height, c.underframe_height, c.underframe_width, c.roll_inertia,
-                      c.cylinder, c.coupler_type);
+                      c.cylinder, c.coupler_type, c.truck_mass);
     };
     return all(*this) == all(other);
   }
   bool operator!=(const Car& other) const { return !(*this == other); }
 };
+
+/// Height of the centre of mass of a truck above the rail: that of its axles, wheels of 36 in [m].
+inline constexpr double kTruckHeight = 1.5 * inputs::kFoot;
+
+/// What is left of a car that has lost both trucks: lighter by them, its centre of mass higher, its radii of gyration
+/// those of the car.
+Car without_trucks(const Car& car);
 
 /// The consist's blocks, car by car from the first to derail back.
 std::vector<Car> expand(const std::vector<inputs::CarBlock>& consist);
