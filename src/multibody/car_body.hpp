@@ -15,9 +15,7 @@ class CarBody {
   CarBody(SimTK::SimbodyMatterSubsystem& matter, const model::Car& car);
 
   /// The one that moves.
-  const SimTK::MobilizedBody::Free& now(const SimTK::State& state) const {
-    return has_trucks(state) ? whole_ : bare_;
-  }
+  const SimTK::MobilizedBody::Free& now(const SimTK::State& state) const { return has_trucks(state) ? whole_ : bare_; }
   /// At the start it has them.
   void begin(SimTK::State& state) const { bare_.lock(state); }
   /// From now on it goes on without them, as it moves now.

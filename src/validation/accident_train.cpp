@@ -45,10 +45,9 @@ CarBlock drawn_car(const CarBlock& like, const DrawnTrain& drawn, bool empty, do
   block.weight = (empty ? drawn.empty_tons : drawn.loaded_tons) * kShortTon;
   const inputs::CarType* type = empty ? drawn.empty_type : drawn.loaded_type;
   if (type == nullptr) return block;
-  block.name = type->body;
+  inputs::take_body(block, *type);
   block.loaded_weight = std::max(type->loaded, block.weight);
   block.length = type->length - coupler_length;
-  block.width = type->width;
   block.truck_spacing = type->truck_spacing;
   block.truck_spacing_factor.reset();
   return block;

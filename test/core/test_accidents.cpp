@@ -218,6 +218,25 @@ TEST(MixedTrains, HaveKindsThatMayHaveTheirWeight) {
   EXPECT_EQ(heavy->loaded_type, nullptr) << "heavy loads are the base's own cars";
 }
 
+TEST(MixedTrains, HaveTheHeightsOfTheirKinds) {
+  std::set<std::string> kinds;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const Accident a = mixed(50, 50, 55.0);
+    const auto drawn = validation::draw_train(a, seed);
+    const inputs::CarType& type = *(drawn->empty.front() ? drawn->empty_type : drawn->loaded_type);
+    const inputs::CarBlock block = validation::scenario_of(base(), a, seed).consist[0];
+    EXPECT_EQ(block.name, type.body);
+    EXPECT_EQ(block.width, type.width);
+    EXPECT_EQ(block.floor_height, type.floor);
+    EXPECT_EQ(block.roof_height, type.roof);
+    EXPECT_EQ(block.underframe_height, type.underframe);
+    EXPECT_EQ(block.underframe_width, type.underframe_width);
+    EXPECT_EQ(block.centre_height.has_value(), type.centre_empty || type.centre_loaded);
+    kinds.insert(type.name);
+  }
+  EXPECT_EQ(kinds.count("gondola") + kinds.count("well_car") + kinds.count("autorack"), 3U);
+}
+
 TEST(Rows, LocomotivesAreCountedApart) {
   Accident a = accident(2, 3);
   a.head_end_locos = 2;
