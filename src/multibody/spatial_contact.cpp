@@ -16,9 +16,9 @@ using Names = SimTK::Array_<int>;
 BodyContacts::BodyContacts(const inputs::Scenario& s, const std::vector<model::Car>& train,
                            const std::vector<CarBody>& bodies, const SimTK::GeneralForceSubsystem& forces,
                            double settle_time, bool at_centre)
-    : law_(s.contact),
+    : Strained(forces),
+      law_(s.contact),
       quiet_(s.ground.regularization_speed),
-      forces_(forces),
       settle_time_(settle_time),
       at_centre_(at_centre),
       bodies_(bodies) {
@@ -30,15 +30,8 @@ BodyContacts::BodyContacts(const inputs::Scenario& s, const std::vector<model::C
   }
 }
 
-void BodyContacts::set_weights(State& state) const {
-  SimTK::Vector& weights = state.updZWeights(forces_.getMySubsystemIndex());
-  for (int i = 0; i < kNumbers * pairs(); ++i) weights[strains_ + i] = 0.01;
-}
-
 void BodyContacts::realizeTopology(State& state) const {
-  const SimTK::Vector none(kNumbers * pairs(), 0.0);
-  strains_ = forces_.allocateZ(state, none);
-  rates_ = forces_.allocateCacheEntry(state, Stage::Dynamics, new SimTK::Value<SimTK::Vector>(none));
+  allocate(state, kNumbers * pairs());
   pushes_ = forces_.allocateCacheEntry(state, Stage::Dynamics, new SimTK::Value<std::vector<Push>>());
   axes_ = state.allocateAutoUpdateDiscreteVariable(forces_.getMySubsystemIndex(), Stage::Dynamics,
                                                    new SimTK::Value<Names>(Names(pairs(), -1)), Stage::Velocity);
@@ -54,8 +47,8 @@ void BodyContacts::calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVe
   const SimTK::SubsystemIndex here = forces_.getMySubsystemIndex();
   const Names& before = SimTK::Value<Names>::downcast(forces_.getDiscreteVariable(state, axes_)).get();
   Names& axes = SimTK::Value<Names>::updDowncast(state.updDiscreteVarUpdateValue(here, axes_)).upd();
-  const Real* z = &forces_.getZ(state)[strains_];
-  Real* rate = &SimTK::Value<SimTK::Vector>::updDowncast(forces_.updCacheEntry(state, rates_)).upd()[0];
+  const Real* z = numbers(state);
+  Real* rate = rates(state);
   auto& pushes = SimTK::Value<std::vector<Push>>::updDowncast(forces_.updCacheEntry(state, pushes_)).upd();
   pushes.clear();
   std::vector<Block> blocks;
@@ -143,11 +136,6 @@ BodyContacts::Strain BodyContacts::press(const State& state, std::size_t a, std:
 
 const std::vector<BodyContacts::Push>& BodyContacts::pushes(const State& state) const {
   return SimTK::Value<std::vector<Push>>::downcast(forces_.getCacheEntry(state, pushes_)).get();
-}
-
-void BodyContacts::realizeAcceleration(const State& state) const {
-  const SimTK::Vector& rate = SimTK::Value<SimTK::Vector>::downcast(forces_.getCacheEntry(state, rates_)).get();
-  forces_.updZDot(state)(strains_, rate.size()) = rate;
 }
 
 }  // namespace train_derail::multibody

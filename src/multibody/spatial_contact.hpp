@@ -9,6 +9,7 @@
 
 #include "multibody/body_patch.hpp"
 #include "multibody/car_body.hpp"
+#include "multibody/strained.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/train.hpp"
 
@@ -16,7 +17,7 @@ namespace train_derail::multibody {
 
 /// Contact of all pairs of cars. How far bodies have been crushed and how far friction has strained them follow
 /// differential equations: both come to their limits within `settle_time`.
-class BodyContacts final : public SimTK::Force::Custom::Implementation {
+class BodyContacts final : public Strained {
  public:
   /// `at_centre`: a mistake is put in, the force acts at the centres of mass.
   BodyContacts(const inputs::Scenario& s, const std::vector<model::Car>& train, const std::vector<CarBody>& bodies,
@@ -32,14 +33,9 @@ class BodyContacts final : public SimTK::Force::Custom::Implementation {
   /// All of them; the state must be realized to its forces.
   const std::vector<Push>& pushes(const SimTK::State& state) const;
 
-  /// As Support::set_weights().
-  void set_weights(SimTK::State& state) const;
-
   void realizeTopology(SimTK::State& state) const override;
   void calcForce(const SimTK::State& state, SimTK::Vector_<SimTK::SpatialVec>& forces, SimTK::Vector_<SimTK::Vec3>&,
                  SimTK::Vector&) const override;
-  SimTK::Real calcPotentialEnergy(const SimTK::State&) const override { return 0.0; }
-  void realizeAcceleration(const SimTK::State& state) const override;
 
  private:
   /// Of a pair: how far crushed [m], how far friction has strained it [m].
@@ -60,15 +56,13 @@ class BodyContacts final : public SimTK::Force::Custom::Implementation {
 
   const inputs::Contact law_;
   const double quiet_;
-  const SimTK::GeneralForceSubsystem& forces_;
   const double settle_time_;
   const bool at_centre_;
   const std::vector<CarBody> bodies_;
   std::vector<SimTK::Vec3> centre_, half_;  // of the bodies of cars
   std::vector<double> radius_;
   mutable SimTK::DiscreteVariableIndex axes_;  // Patch::axis of every pair, of the step before
-  mutable SimTK::ZIndex strains_;
-  mutable SimTK::CacheEntryIndex rates_, pushes_;  // found with the forces
+  mutable SimTK::CacheEntryIndex pushes_;      // found with the forces
 };
 
 }  // namespace train_derail::multibody

@@ -49,11 +49,11 @@ struct Support::Moving {
 };
 
 Support::Support(const Common& common, std::size_t number, const model::Car& car, const CarBody& body)
-    : common_(common),
+    : Strained(common.forces),
+      common_(common),
       scenario_(common.scenario),
       number_(number),
       body_(body),
-      forces_(common.forces),
       settle_time_(common.settle_time),
       lever_sign_(common.lever_sign),
       rail_damping_(scenario_.rails.damping_ratio * critical_damping(scenario_.rails.stiffness, 0.5 * car.mass)),
@@ -83,16 +83,9 @@ Support::Support(const Common& common, std::size_t number, const model::Car& car
   if (car.underframe_height < car.floor_height) lies_on(car.underframe_height, car.underframe_width);
 }
 
-void Support::set_weights(State& state) const {
-  SimTK::Vector& weights = state.updZWeights(forces_.getMySubsystemIndex());
-  for (std::size_t i = 0; i < 3 * points_.size(); ++i) weights[strains_ + static_cast<int>(i)] = 0.01;
-}
-
 void Support::realizeTopology(State& state) const {
   stands_ = forces_.allocateDiscreteVariable(state, Stage::Dynamics, new SimTK::Value<Stands>(Stands()));
-  const SimTK::Vector none(static_cast<int>(3 * points_.size() + 3 * trucks_.size()), 0.0);
-  strains_ = forces_.allocateZ(state, none);
-  strain_rates_ = forces_.allocateCacheEntry(state, Stage::Dynamics, new SimTK::Value<SimTK::Vector>(none));
+  allocate(state, static_cast<int>(3 * points_.size()), static_cast<int>(3 * trucks_.size()));
 }
 
 void Support::set_stand(State& state, std::size_t truck, Stand stand) const {
@@ -103,8 +96,8 @@ void Support::calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVec>& f
                         SimTK::Vector&) const {
   const Moving car = moving(state);
   const Stands& stand = stands(state);
-  const Real* strain = &forces_.getZ(state)[strains_];
-  Real* rate = &SimTK::Value<SimTK::Vector>::updDowncast(forces_.updCacheEntry(state, strain_rates_)).upd()[0];
+  const Real* strain = numbers(state);
+  Real* rate = rates(state);
   SimTK::SpatialVec sum(Vec3(0.0), Vec3(0.0));
   std::array<Load, 2> loads;  // of trucks
   for (const Point& p : points_) {
@@ -135,11 +128,6 @@ void Support::calcForce(const State& state, SimTK::Vector_<SimTK::SpatialVec>& f
   forces[body_.now(state).getMobilizedBodyIndex()] += sum;
 }
 
-void Support::realizeAcceleration(const State& state) const {
-  const SimTK::Vector& rate = SimTK::Value<SimTK::Vector>::downcast(forces_.getCacheEntry(state, strain_rates_)).get();
-  forces_.updZDot(state)(strains_, rate.size()) = rate;
-}
-
 double Support::holds_on(const State& state, std::size_t truck) const {
   const Moving car = moving(state);
   double most = car.frame.R().z()[2] - std::cos(scenario_.suspension.part_angle);
@@ -151,7 +139,7 @@ double Support::holds_on(const State& state, std::size_t truck) const {
 double Support::stays(const State& state, std::size_t truck) const {
   const double place = along_track(state, truck);
   if (common_.torn.torn(state, place)) return -1.0;
-  const Real* since = &forces_.getZ(state)[strains_] + 3 * points_.size() + trucks_.size() + truck;
+  const Real* since = numbers(state) + 3 * points_.size() + trucks_.size() + truck;
   const double left = scenario_.rails.derail_time - std::max(since[0], since[trucks_.size()]);
   return derails() ? std::min(left, -place) : left;
 }

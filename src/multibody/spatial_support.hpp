@@ -11,6 +11,7 @@
 #include "multibody/car_body.hpp"
 #include "multibody/spatial_events.hpp"
 #include "multibody/start.hpp"
+#include "multibody/strained.hpp"
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/train.hpp"
 
@@ -23,8 +24,9 @@ enum class Stand : char { on_rails, off_rails, lost };
 double critical_damping(double stiffness, double mass);
 
 /// Springs and dampers under both sides of a car's trucks, rails sideways and along, and corners of its body on the
-/// ground.
-class Support final : public SimTK::Force::Custom::Implementation {
+/// ground. Numbers: strains of the ground, three of every point; then of every truck how far it strains the rails along
+/// them, and for how long it has been overloaded, and has hung in the air [s].
+class Support final : public Strained {
  public:
   /// What the track under all cars and the train have in common; must outlive the supports.
   struct Common {
@@ -38,10 +40,6 @@ class Support final : public SimTK::Force::Custom::Implementation {
   };
   /// Of car `number`.
   Support(const Common& common, std::size_t number, const model::Car& car, const CarBody& body);
-
-  /// An error of a strain of the ground counts a hundredth of one of a place: it is forgotten within settle_time. Rails
-  /// hold what stands.
-  void set_weights(SimTK::State& state) const;
 
   Stand stand(const SimTK::State& state, std::size_t truck) const { return stands(state).of[truck]; }
   void set_stand(SimTK::State& state, std::size_t truck, Stand stand) const;
@@ -57,8 +55,6 @@ class Support final : public SimTK::Force::Custom::Implementation {
   void realizeTopology(SimTK::State& state) const override;
   void calcForce(const SimTK::State& state, SimTK::Vector_<SimTK::SpatialVec>& forces, SimTK::Vector_<SimTK::Vec3>&,
                  SimTK::Vector&) const override;
-  SimTK::Real calcPotentialEnergy(const SimTK::State&) const override { return 0.0; }
-  void realizeAcceleration(const SimTK::State& state) const override;
 
  private:
   static constexpr int kBody = -1;
@@ -113,16 +109,11 @@ class Support final : public SimTK::Force::Custom::Implementation {
   const inputs::Scenario& scenario_;
   const std::size_t number_;
   const CarBody body_;
-  const SimTK::GeneralForceSubsystem& forces_;
   const double settle_time_, lever_sign_;
   const double rail_damping_, ground_damping_;
   std::vector<Point> points_;
   std::vector<SimTK::Vec3> trucks_;  // middles at the top of the rails
   mutable SimTK::DiscreteVariableIndex stands_;
-  // Three of every point, then one of every truck along the rails, then for how long each has been overloaded, and has
-  // hung in the air [s].
-  mutable SimTK::ZIndex strains_;
-  mutable SimTK::CacheEntryIndex strain_rates_;  // found with the forces
 };
 
 }  // namespace train_derail::multibody
