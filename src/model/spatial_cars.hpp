@@ -25,6 +25,14 @@ namespace train_derail::model {
 /// Where what a force takes is put in the ledger. What is stored comes from the state.
 enum Account { ON_TRACK, OFF_TRACK, BODY_GROUND, IMPACT_NORMAL, IMPACT_FRICTION, kAccounts };
 
+/// The same motion, of a point so far up along the car.
+inline SpatialMotion lifted(SpatialMotion m, double up) {
+  const Eigen::Vector3d by = up * m.axes.col(2);
+  m.centre += by;
+  m.velocity += m.rotation.cross(by);
+  return m;
+}
+
 inline Three<double> three(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 inline Eigen::Vector3d vector(const Three<double>& v) { return {v.x, v.y, v.z}; }
 
@@ -218,17 +226,17 @@ class SpatialCars {
   }
   /// How much higher the centre of mass is than that of the car with its trucks, along the car's vertical [m].
   double rise(std::size_t car) const { return bodies[car].centre_height - train_[car].centre_height; }
-  /// Motion and height of a car as they are now, spent or won if it changes [J].
+  /// Energy of a car's motion and height [J].
   double stored(std::size_t car) const {
     const Body& b = bodies[car];
     return b.kinetic(at(car)) + b.weight * (at(car).centre.z() - b.centre_height);
   }
   /// The centre of mass of a car in the state `y` is so far up along the car from now on.
   void move_centre(double* y, std::size_t car, double up) {
-    const Eigen::Vector3d by = up * at(car).axes.col(2), faster = at(car).rotation.cross(by);
+    const SpatialMotion m = lifted(at(car), up);
     for (std::size_t c = 0; c < 3; ++c) {
-      y[(SX + c) * n + car] += by[static_cast<Eigen::Index>(c)];
-      y[(SVX + c) * n + car] += faster[static_cast<Eigen::Index>(c)];
+      y[(SX + c) * n + car] = m.centre[static_cast<Eigen::Index>(c)];
+      y[(SVX + c) * n + car] = m.velocity[static_cast<Eigen::Index>(c)];
     }
     look_anew(y);
   }

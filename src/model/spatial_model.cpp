@@ -31,14 +31,6 @@ constexpr double kTremor = 30.0;    // speed at which bodies that keep still may
 constexpr double kBalanced = 1e-4;  // sum of forces on a car that nothing sets in motion, over its weight
 constexpr double kStray = 0.25;     // how far they may come meanwhile, over that speed times Rest::kTime
 
-/// The same motion, of a point so far up along the car.
-SpatialMotion lifted(SpatialMotion m, double up) {
-  const Vector3d by = up * m.axes.col(2);
-  m.centre += by;
-  m.velocity += m.rotation.cross(by);
-  return m;
-}
-
 constexpr Versions<ExtendedKernels> kVersions TRAIN_DERAIL_VERSIONS(kExtended);
 constexpr Versions<SpatialKernels> kSpatialVersions TRAIN_DERAIL_VERSIONS(kSpatial);
 
@@ -195,8 +187,9 @@ struct SpatialModel::Parts final : Waker {
   /// Cars that have lost both trucks go on without them.
   void part_trucks(double* y) {
     for (std::size_t k = 0; k < cars.n; ++k) {
+      if (!trucks.lost_both(k)) continue;
       const double before = cars.stored(k);
-      if (!trucks.lost_both(k) || !bare(k, true)) continue;
+      if (!bare(k, true)) continue;
       cars.move_centre(y, k, cars.rise(k));
       record.spent.work_trucks += before - cars.stored(k);
     }

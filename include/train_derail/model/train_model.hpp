@@ -64,7 +64,7 @@ class TrainModel {
 
   /// All that can be seen of the train in state `y`.
   virtual Observation observe(const double* y) const = 0;
-  /// All cars of state `y` as seen from above; valid until the state changes.
+  /// All cars of state `y` as seen from above; valid until the state changes or this is called again.
   virtual PlanColumns plan(const double* y) const = 0;
   /// One car of state `y` as seen from above.
   virtual CarMotion car_motion(const double* y, Eigen::Index car) const = 0;
