@@ -123,6 +123,7 @@ SpatialResponses spatial_responses(const Scenario& s) {
         1.0 / c.mass + square(half) / c.yaw_inertia + (square(0.5 * c.width) + across * across) / c.roll_inertia};
   };
   double corner = 0.0, next_corner = 0.0;
+  // A body that has lost its trucks is lighter, and gives way the most.
   std::vector<Car> bodies = cars;
   if (s.suspension.part_angle < M_PI) std::transform(cars.begin(), cars.end(), bodies.begin(), without_trucks);
   for (std::size_t i = 0; i < cars.size(); ++i) {

@@ -226,7 +226,7 @@ class SpatialRun final : public SimbodyRun {
         },
         [=](State& s) {
           support->set_stand(s, truck, Stand::lost);
-          if (train_[car].truck_mass > 0.0 && support->stand(s, 1 - truck) == Stand::lost) bodies_[car].lose_trucks(s);
+          if (support->stand(s, 1 - truck) == Stand::lost) bodies_[car].lose_trucks(s);
         }));
   }
 
