@@ -36,19 +36,23 @@ std::string warnings_field(const std::vector<std::string>& warnings) {
 }
 
 void WarningCount::add(const std::string& field) {
+  ++added_;
   for (std::size_t begin = 0; begin < field.size();) {
     const std::size_t end = std::min(field.find(kBetween, begin), field.size());
     const std::string text = field.substr(begin, end - begin);
-    const auto [place, fresh] = kinds_.try_emplace(kind_of(text), found_.size());
-    if (fresh && found_.size() < kKindsMax) found_.emplace_back(text, 0);
-    if (place->second < found_.size()) ++found_[place->second].second;
     begin = end + kBetween.size();
+    const auto [place, fresh] = kinds_.try_emplace(kind_of(text), found_.size());
+    if (fresh && found_.size() < kKindsMax) found_.push_back({text, 0, 0});
+    if (place->second >= found_.size()) continue;
+    Found& found = found_[place->second];
+    if (found.last != added_) ++found.runs;
+    found.last = added_;
   }
 }
 
 std::vector<std::string> WarningCount::texts(std::int64_t runs) const {
   std::vector<std::string> texts;
-  for (const auto& [text, count] : found_) texts.push_back(fmt::format("{} of {} runs: {}", count, runs, text));
+  for (const Found& f : found_) texts.push_back(fmt::format("{} of {} runs: {}", f.runs, runs, f.text));
   return texts;
 }
 

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace train_derail::study {
@@ -14,7 +13,7 @@ namespace train_derail::study {
 std::string warnings_field(const std::vector<std::string>& warnings);
 
 /// Counts how many runs have each warning. Warnings that differ only in their numbers count as one, with the text of
-/// the first.
+/// the first: a run whose blocks of cars all have it counts once.
 class WarningCount {
  public:
   /// Adds the warnings of one run, as warnings_field() has written them.
@@ -23,8 +22,13 @@ class WarningCount {
   std::vector<std::string> texts(std::int64_t runs) const;
 
  private:
+  struct Found {
+    std::string text;
+    std::int64_t runs, last;  // the last of them: its number in the order of add()
+  };
   std::map<std::string, std::size_t> kinds_;  // text without numbers: index in found_
-  std::vector<std::pair<std::string, std::int64_t>> found_;
+  std::vector<Found> found_;
+  std::int64_t added_ = 0;
 };
 
 }  // namespace train_derail::study

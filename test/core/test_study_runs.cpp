@@ -237,7 +237,7 @@ TEST_F(StudyRuns, AnEnsembleByTheCommandLine) {
   EXPECT_NE(failing.out.find("3 of 3 runs failed, the first: "), std::string::npos) << failing.out;
 }
 
-// Warnings of runs are counted; those that differ in numbers alone are one.
+// Runs with a warning are counted; warnings that differ in numbers alone are one, also where one run has several.
 TEST_F(StudyRuns, WarningsOfRunsAreCounted) {
   const study::Study s = read();
   const study::JournalFormat format = study::journal_format(s);
@@ -250,12 +250,14 @@ TEST_F(StudyRuns, WarningsOfRunsAreCounted) {
       o.stop_time = i;
       if (i < 3) o.warnings.push_back("energy residual " + std::to_string(0.01 * i) + ", more than 1e-3");
       if (i == 2) o.warnings.emplace_back("coupler.slack = 5 ft, unusual: \"long\"");
+      if (i > 7) o.warnings.insert(o.warnings.end(), {"consist[0].width = 9 m: more", "consist[1].width = 9 m: more"});
       journal.append(study::journal_fields(study::run_of(s, i), o), 0.1);
     }
   }
   const study::Totals totals = study::write_results(path("out"), s, 0.0);
   EXPECT_EQ(totals.warnings, (std::vector<std::string>{"3 of 10 runs: energy residual 0.000000, more than 1e-3",
-                                                       "1 of 10 runs: coupler.slack = 5 ft, unusual: \"long\""}));
+                                                       "1 of 10 runs: coupler.slack = 5 ft, unusual: \"long\"",
+                                                       "2 of 10 runs: consist[0].width = 9 m: more"}));
   EXPECT_NE(text_of(folder_ / "out/about.json").find("3 of 10 runs: energy residual"), std::string::npos);
 }
 
