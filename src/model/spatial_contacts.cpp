@@ -152,8 +152,7 @@ void SpatialContacts::press_all(double t, double h) {
 
 /// They have touched for so long that this is no blow.
 bool SpatialContacts::leans(double t, const Pair& pair) const {
-  return pair.impact >= 0 && !(t - pair.seen > kSameImpact) &&
-         t - record_.incidents.impacts[static_cast<std::size_t>(pair.impact)].time > kLasting;
+  return pair.impact >= 0 && !(t - pair.pressed > kSameImpact) && t - pair.since > kLasting;
 }
 
 /// Share of damping that steps of length h can carry: in a pile every car leans on several others, and each of them may
@@ -184,6 +183,8 @@ bool SpatialContacts::touch(double t, double h, Pair& pair) {
     pair.sheared.setZero();
     return wakes(pair, Vector3d::Zero());
   }
+  // Bodies that have crushed each other may part before they are clear of each other: that is no new impact.
+  if (pair.impact >= 0 && !(t - pair.overlapped > kSameImpact)) pair.overlapped = t;
   inputs::Contact law = cars_.scenario.contact;
   const SpatialMotion &q = cars_.at(a), &r = cars_.at(b);
   if (law.side_crush_force < law.crush_force &&
@@ -268,8 +269,9 @@ bool SpatialContacts::wakes(Pair& pair, const Vector3d& force) {
 void SpatialContacts::note(double t, double h, Pair& pair, const BodyManifold& m, const Vector3d& velocity,
                            double force) {
   std::vector<Impact>& impacts = record_.incidents.impacts;
+  if (pair.impact < 0 || t - pair.pressed > kSameImpact) pair.since = t;
   const SpatialMotion &a = cars_.at(static_cast<std::size_t>(pair.a)), &b = cars_.at(static_cast<std::size_t>(pair.b));
-  if (pair.impact < 0 || t - pair.seen > kSameImpact) {
+  if (pair.impact < 0 || t - pair.overlapped > kSameImpact) {
     pair.impact = static_cast<int>(impacts.size());
     const Vector3d& p = m.point[0];
     const Body &body_a = cars_.bodies[static_cast<std::size_t>(pair.a)],
@@ -278,7 +280,7 @@ void SpatialContacts::note(double t, double h, Pair& pair, const BodyManifold& m
                        (p - a.centre).dot(a.axes.col(0)), (p - b.centre).dot(b.axes.col(0)), p.x(), p.y(), p.z(),
                        velocity.norm(), -velocity.dot(m.normal), 0.0, 0.0});
   }
-  pair.seen = t;
+  pair.overlapped = pair.pressed = t;
   Impact& impact = impacts[static_cast<std::size_t>(pair.impact)];
   impact.end = t + h;
   impact.impulse += force * h;
@@ -292,7 +294,7 @@ void SpatialContacts::hold(std::size_t car) {
 
 void SpatialContacts::resume(std::size_t car) {
   for (Pair& p : pairs_)
-    if (p.has(car)) p.seen = cars_.now;
+    if (p.has(car)) p.overlapped = p.pressed = cars_.now;
 }
 
 void SpatialContacts::walk(files::Archive& archive) {
@@ -307,7 +309,9 @@ void SpatialContacts::walk(files::Archive& archive) {
     archive.column("sheared", pair.sheared);
     archive.value("impact", pair.impact);
     archive.group("held", [&] { pair.held.walk(archive); });
-    archive.value("seen", pair.seen);
+    archive.value("overlapped", pair.overlapped);
+    archive.value("pressed", pair.pressed);
+    archive.value("since", pair.since);
   });
 }
 

@@ -40,8 +40,10 @@ class SpatialContacts {
     double crushed = 0.0;
     Eigen::Vector3d sheared = Eigen::Vector3d::Zero();  // how far friction has been strained
     int impact = -1;
-    double seen = 0.0;
-    Held held = {};  // where one of the two lies still
+    double overlapped = 0.0;  // until then, from the impact on [s]
+    double pressed = 0.0;     // until then they pressed on each other, with pauses shorter than those between impacts,
+    double since = 0.0;       // from then on [s]
+    Held held = {};           // where one of the two lies still
 
     bool has(std::size_t car) const { return static_cast<std::size_t>(a) == car || static_cast<std::size_t>(b) == car; }
     /// One of the two comes to rest. From cars that are apart any force is new to it.

@@ -362,6 +362,44 @@ TEST(SpatialImpact, ReturnsItsShareOfALowSpeedWhateverTheStep) {
   }
 }
 
+TEST(SpatialImpact, IsOneUntilTheBodiesAreClearOfEachOtherAsInThePlane) {
+  // In line: the second car crushes the first and parts from it; later the third drives it into the first again.
+  struct Case {
+    double restitution, behind;  // of the third car [m]
+    long impacts;                // of the first two
+  };
+  for (const Case& c : {Case{0.1, 7.0, 1}, Case{0.6, 20.0, 2}}) {
+    inputs::Scenario s = spatial(3);
+    s.contact.law = inputs::ContactLaw::elastic;
+    s.contact.crush_force = 1.5e6;
+    s.contact.restitution = c.restitution;
+    const double length = model::expand(s.consist)[0].length;
+    const std::vector<double> x{0.0, -length - 0.01, -2.0 * length - 0.01 - c.behind}, speed{0.0, 6.0, 8.0};
+    std::vector<SpatialMotion> high;
+    std::vector<test::CarMotion> flat;
+    for (std::size_t k = 0; k < 3; ++k) {
+      high.push_back(at({kAloft.x() + x[k], 0.0, 400.0}, Matrix3d::Identity(), {speed[k], 0.0, 0.0}));
+      flat.push_back({kAloft.x() + x[k], 0.0, 0.0, speed[k], 0.0, 0.0});
+    }
+    Train space(s, high);
+    s.model = inputs::Model::extended;
+    test::Train plane(s, flat);
+    double pause = 0.0;
+    space.to(6.0, [&] {
+      if (space.incidents().impacts.size() == 1) pause = space.time() - space.incidents().impacts[0].end;
+    });
+    plane.to(6.0);
+    EXPECT_GT(pause, 0.5);
+    const auto of_the_first_two = [](const model::Incidents& found) {
+      return std::count_if(found.impacts.begin(), found.impacts.end(), [](const auto& i) { return i.car_a == 0; });
+    };
+    EXPECT_EQ(of_the_first_two(space.incidents()), c.impacts);
+    EXPECT_EQ(of_the_first_two(plane.incidents()), c.impacts);
+    EXPECT_GT(space.car(0).velocity.x(), 4.0);
+    EXPECT_GT(plane.car(0).vx, 4.0);
+  }
+}
+
 /// Two tanks, or a tank and a box, in the air, that meet.
 inputs::Scenario tanks(double step = 1e-3) {
   inputs::Scenario s = loose_cars(step);

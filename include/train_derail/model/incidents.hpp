@@ -68,7 +68,8 @@ enum class Face { front, rear, left, right, top, bottom };
 inline constexpr std::array<std::string_view, 6> kFaceNames{"front", "rear", "left", "right", "top", "bottom"};
 inline std::string_view to_string(Face face) { return kFaceNames[static_cast<std::size_t>(face)]; }
 
-/// Two bodies that come to touch. Touches of the same two cars less than 0.25 s apart are one impact.
+/// Two bodies that come to touch. Touches of the same two cars less than 0.25 s apart are one impact; bodies that have
+/// crushed each other touch until they are clear of each other.
 struct Impact {
   double time;                  ///< when they first touched [s]
   double end;                   ///< when they last touched so far [s]
