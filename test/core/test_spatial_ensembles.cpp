@@ -47,7 +47,7 @@ Ensemble ensemble(inputs::Scenario s, int first, int runs) {
   return e;
 }
 
-TEST(SpatialRun, FlatLowAndWideEndsAsInThePlane) {
+TEST(SpatialRun, OnAWideBaseAndLevelGroundEndsAsInThePlane) {
   // Single runs part later on: two-sample tests of what comes out. 60 runs find a shift of 0.8 standard deviations.
   inputs::Scenario plane = test::accident(60);
   plane.model = inputs::Model::extended;
@@ -55,11 +55,11 @@ TEST(SpatialRun, FlatLowAndWideEndsAsInThePlane) {
   space.model = inputs::Model::spatial;
   space.suspension.half_base = 3.0;
   space.terrain.rail_height = 0.0;
-  space.coupler.height = 1.0;
+  space.coupler.height = 2.0;  // as in config/variants/planar_limit.yaml
   for (inputs::CarBlock& block : space.consist) {
-    block.centre_height = 1.0;
+    block.centre_height = 2.0;
     block.floor_height = 0.1;
-    block.roof_height = 1.9;
+    block.roof_height = 3.9;
   }
   const Ensemble planar = ensemble(plane, 1, 60);
   EXPECT_GT(test::least_p(planar, ensemble(space, 1001, 60)), 0.01);
