@@ -40,9 +40,9 @@ class SpatialContacts {
     double crushed = 0.0;
     Eigen::Vector3d sheared = Eigen::Vector3d::Zero();  // how far friction has been strained
     int impact = -1;
-    double overlapped = 0.0;  // until then, from the impact on [s]
-    double pressed = 0.0;     // until then they pressed on each other, with pauses shorter than those between impacts,
-    double since = 0.0;       // from then on [s]
+    double overlapped = 0.0;  // when they last overlapped, from the impact on [s]
+    double pressed = 0.0;     // when they last pressed on each other [s]
+    double since = 0.0;       // when they began to: pauses as between touches of one impact do not count [s]
     Held held = {};           // where one of the two lies still
 
     bool has(std::size_t car) const { return static_cast<std::size_t>(a) == car || static_cast<std::size_t>(b) == car; }
