@@ -317,8 +317,8 @@ ordered_json sobol(const Results& r, ordered_json& charts) {
     last = cells["outcome"];
     rows.push_back(ordered_json::array({cell(outcome.title), cell(factor.title)}));
     for (const auto& [kind, words] : {std::pair("first", "alone"), std::pair("total", "with interactions")}) {
-      const auto at = [&](const char* end) {
-        return files::number<double>(cells[(std::string(kind) + end).c_str()]).value_or(std::nan(""));
+      const auto at = [&, name = std::string(kind)](const char* end) {
+        return files::number<double>(cells[(name + end).c_str()]).value_or(std::nan(""));
       };
       const std::string text = fmt::format("{:.3f} ({:.3f}{}{:.3f})", at(""), at("_low"), kTo, at("_high"));
       rows.back().push_back(cell(text, at("")));

@@ -114,7 +114,8 @@ inline double slide_distance(double v, double e) {
 }
 inline double slide_time(double v, double e) { return std::sqrt(v * v + e * e) - e * std::asinh(e / v); }
 
-/// Uniform numbers that are the same with every standard library.
+/// Uniform numbers that are the same with every standard library. A compiler may evaluate the arguments of a call in
+/// any order: draw for them within braces, or in statements of their own.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -151,7 +152,7 @@ inline double random_gap(const inputs::Coupler& c, Random& random) {
 inline model::StateVector random_state(const model::DerailmentModel& m, Random& random) {
   const inputs::Coupler& law = m.coupler_law();
   std::vector<CarMotion> cars;
-  Eigen::Vector2d pin(random.uniform(-50.0, 50.0), random.uniform(-20.0, 20.0));
+  Eigen::Vector2d pin{random.uniform(-50.0, 50.0), random.uniform(-20.0, 20.0)};
   double theta = random.uniform(-kPi, kPi);
   for (const model::Car& car : m.cars()) {
     const Eigen::Vector2d heading(std::cos(theta), std::sin(theta));

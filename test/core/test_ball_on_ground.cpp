@@ -26,9 +26,10 @@ CrossSection section(double ballast, double left, double right) {
   return t;
 }
 CrossSection random_section(test::Random& random) {
-  CrossSection t = section(random.index(3) == 0 ? 0.0 : random.uniform(0.1, 1.5),
-                           random.index(3) == 0 ? 0.0 : random.uniform(-4.0, 4.0),
-                           random.index(3) == 0 ? 0.0 : random.uniform(-4.0, 4.0));
+  CrossSection t{inputs::Terrain{}};
+  t.ballast_height = random.index(3) == 0 ? 0.0 : random.uniform(0.1, 1.5);
+  t.bank_left = random.index(3) == 0 ? 0.0 : random.uniform(-4.0, 4.0);
+  t.bank_right = random.index(3) == 0 ? 0.0 : random.uniform(-4.0, 4.0);
   t.bank_slope = random.uniform(0.2, 1.0);
   t.ballast_slope = random.uniform(0.2, 1.0);
   t.ballast_half_width = random.uniform(1.0, 3.0);

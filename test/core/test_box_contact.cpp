@@ -298,7 +298,8 @@ TEST(BoxContact, AFaceIsKeptUntilAnotherIsBetterByMoreThanTheSlack) {
     int axis = kept;
     for (int i = 0; i < 1000; ++i) {
       Box a = offset(0.3 + random.uniform(-0.003, 0.003));
-      a.axes = turned(random.uniform(-1e-4, 1e-4), random.uniform(-1e-4, 1e-4), random.uniform(-1e-4, 1e-4));
+      const Vec turn = test::random_vector(random, 1e-4);
+      a.axes = turned(turn.x(), turn.y(), turn.z());
       axis = press(a, b, axis).axis;
       ASSERT_EQ(axis, kept);
     }

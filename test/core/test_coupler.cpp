@@ -108,7 +108,7 @@ TEST(CouplerBar, IsInEquilibrium) {
   for (int i = 0; i < 500; ++i) {
     const double gap = test::random_gap(c, random), beta = random.uniform(-test::kPi, test::kPi);
     const double lead = beta - test::random_swing(c, random), trail = beta - test::random_swing(c, random);
-    const Vec pin_lead(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0));
+    const Vec pin_lead{random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0)};
     const Vec pin_trail = pin_lead - gap * Vec(std::cos(beta), std::sin(beta));
     const Vec d = pin_lead - pin_trail;
     const auto s =

@@ -118,8 +118,9 @@ TEST(Press, NothingAcrossAGap) {
 }
 
 Footprint random_box(test::Random& random, double spread) {
-  return box(random.uniform(-spread, spread), random.uniform(-spread, spread), random.uniform(-4.0, 4.0),
-             random.uniform(4.0, 20.0), random.uniform(2.0, 3.9));
+  const double x = random.uniform(-spread, spread), y = random.uniform(-spread, spread);
+  const double heading = random.uniform(-4.0, 4.0), length = random.uniform(4.0, 20.0);
+  return box(x, y, heading, length, random.uniform(2.0, 3.9));
 }
 
 TEST(Press, AgreesWithBruteForce) {

@@ -164,7 +164,7 @@ TEST_F(JournalTest, WhatDoesNotGoWithThePlanIsNotBelieved) {
       {[](auto& f) { f[6] = "\"1"; }, "a double quote is not closed"}};
   for (const auto& [change, why] : changes) {
     std::ofstream(journal(), std::ios::binary) << good;
-    rewrite([&](std::vector<std::string>& lines) {
+    rewrite([this, &change = change](std::vector<std::string>& lines) {
       std::vector<std::string> fields;
       std::istringstream in(lines[7]);
       for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
