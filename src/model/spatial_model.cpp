@@ -405,6 +405,17 @@ PlanColumns SpatialModel::plan(const double* y) const {
   return {column(0), column(1), column(2), column(3), column(4)};
 }
 
+std::optional<TruckColumns> SpatialModel::trucks_from_above(const double* y) const {
+  trucks_.resize(car_count(), 4);
+  for (Eigen::Index k = 0; k < car_count(); ++k) {
+    const SpatialMotion q = motion(y, k);
+    const Vector3d middle = q.point({0.0, 0.0, -at(k).centre_height});
+    trucks_.row(k) << middle.x(), middle.y(), q.axes(0, 0), q.axes(1, 0);
+  }
+  const auto column = [&](Eigen::Index c) { return trucks_.col(c).data(); };
+  return TruckColumns{column(0), column(1), column(2), column(3)};
+}
+
 CarMotion SpatialModel::car_motion(const double* y, Eigen::Index car) const {
   const SpatialMotion q = motion(y, car);
   const Vector2 flat(q.axes(0, 0), q.axes(1, 0));

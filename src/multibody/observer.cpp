@@ -65,7 +65,7 @@ void Observer::sample(double t, const std::vector<PlanMotion>& motion) {
   for (std::size_t k = 0; k < train_.size(); ++k) {
     for (const double ahead : {0.5 * train_[k].truck_spacing, -0.5 * train_[k].truck_spacing}) {
       truck_speed_ = std::max(truck_speed_, velocity(motion[k], ahead).norm());
-      if (std::abs(place(motion[k], ahead).y()) > threshold_) off_track_[k] = 1;
+      if (std::abs((place(motion[k], ahead) + motion[k].to_trucks).y()) > threshold_) off_track_[k] = 1;
     }
     if (k == 0 || parted_[k - 1] != 0) continue;
     const double speed =

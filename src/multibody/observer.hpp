@@ -22,6 +22,8 @@ struct Gap {
 struct PlanMotion {
   double x, y, theta;    // centre of mass [m] and heading [rad]
   double vx, vy, omega;  // velocity of the centre of mass [m/s] and yaw rate [rad/s]
+  // From the centre of mass to midway between its trucks; none unless it leans [m].
+  Vector2 to_trucks = Vector2::Zero();
 };
 
 /// What has become of each car.

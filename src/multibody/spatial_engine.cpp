@@ -316,8 +316,9 @@ class SpatialRun final : public SimbodyRun {
   std::vector<PlanMotion> from_above() const override {
     std::vector<PlanMotion> result;
     for (const BodyMotion& m : cars()) {
+      const Eigen::Vector3d below = -train_[result.size()].centre_height * m.axes.col(2);
       result.push_back({m.centre.x(), m.centre.y(), std::atan2(m.axes(1, 0), m.axes(0, 0)), m.velocity.x(),
-                        m.velocity.y(), m.rotation.z()});
+                        m.velocity.y(), m.rotation.z(), Vector2(below.x(), below.y())});
     }
     return result;
   }

@@ -173,18 +173,25 @@ void Monitor::sample(double t, const double* y) {
   const model::PlanColumns q = model_.plan(y);
 
   truck_speed_max_ = std::sqrt(loops_.truck_speed_squared_max(n, columns(q)));
+  MonitoredCars trucks = columns(q);
+  // A car that leans has its centre of mass beside its trucks.
+  if (const auto below = model_.trucks_from_above(y)) {
+    trucks.x = below->x;
+    trucks.y = below->y;
+    trucks.cosine = below->ahead_x;
+    trucks.sine = below->ahead_y;
+  }
   if (model_.straight_track()) {
-    loops_.extend_astray(n, columns(q), astray_.data());
+    loops_.extend_astray(n, trucks, astray_.data());
   } else {
     for (Eigen::Index k = 0; k < n; ++k) {
       // Where a track bends, places cost: a car that lies where it lay has been looked at.
-      const Eigen::Array4d pose(q.x[k], q.y[k], cosine_[k], sine_[k]);
+      const Eigen::Array4d pose(trucks.x[k], trucks.y[k], trucks.cosine[k], trucks.sine[k]);
       if ((pose == poses_.col(k)).all()) continue;
       poses_.col(k) = pose;
-      const model::CarMotion car = motion(q, k);
-      for (const double arm : {half_spacing_[k], -half_spacing_[k]}) {
-        astray_[k] = std::max(astray_[k], std::abs(model_.track_place(k, car.point(arm).position).offset));
-      }
+      const Vector2 middle(trucks.x[k], trucks.y[k]), ahead(trucks.cosine[k], trucks.sine[k]);
+      for (const double arm : {half_spacing_[k], -half_spacing_[k]})
+        astray_[k] = std::max(astray_[k], std::abs(model_.track_place(k, middle + arm * ahead).offset));
     }
   }
   if (n > 1) sample_speeds(t, q);

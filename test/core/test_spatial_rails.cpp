@@ -7,6 +7,7 @@
 #include "spatial_fixtures.hpp"
 #include "train_derail/model/track.hpp"
 #include "train_derail/model/track_profile.hpp"
+#include "train_derail/outcome/monitor.hpp"
 
 namespace train_derail::test {
 namespace {
@@ -134,6 +135,30 @@ TEST(OnTheRails, SuperelevationRunsInAndRaisesTheOuterRail) {
     EXPECT_NEAR(rail(c.at, -1.0), c.right, 1e-3) << c.at;
     EXPECT_EQ(profile.at(c.at).bed, 0.0);
   }
+}
+
+/// A monitor that has seen nothing but this.
+outcome::Monitor monitor_of(const Train& train, const inputs::Scenario& s) {
+  const model::StateVector now = Eigen::Map<const model::StateVector>(train.data(), train.model().size());
+  outcome::Monitor monitor(train.model(), s.outcome, 0.0, now);
+  monitor.sample(0.0, now.data());
+  return monitor;
+}
+
+TEST(OnTheRails, ACarIsOffTheTrackByItsTrucksHoweverItLeans) {
+  const inputs::Scenario s = spatial(1);
+  const Train raised = in_curve(s, 1.0 / 400.0, 15.0, 0.0, 0.15);
+  ASSERT_GT(height_of(s) * raised.car(0).axes.col(2).head<2>().norm(), s.outcome.off_track_threshold);
+  EXPECT_FALSE(monitor_of(raised, s).off_track(0));
+  // On straight track a car leans by 0.1 rad, its trucks in their place; then they are beside it, under its middle.
+  const Matrix3d leaning = turned(0.1, Vector3d::UnitX());
+  const Vector3d up = leaning * Vector3d(0.0, 0.0, height_of(s)), foot(-300.0, 0.0, 0.0);
+  EXPECT_FALSE(monitor_of(Train(s, {at(foot + up, leaning)}), s).off_track(0));
+  EXPECT_TRUE(monitor_of(Train(s, {at(foot + up - Vector3d(0.0, up.y(), 0.0), leaning)}), s).off_track(0));
+  // One truck alone.
+  const double angle = 1.1 * s.outcome.off_track_threshold / (0.5 * raised.model().cars()[0].truck_spacing);
+  const Matrix3d skewed = turned(angle, Vector3d::UnitZ()) * leaning;
+  EXPECT_TRUE(monitor_of(Train(s, {at(foot + skewed * Vector3d(0.0, 0.0, height_of(s)), skewed)}), s).off_track(0));
 }
 
 TEST(OnTheRails, ShortArcsHaveAllOfTheirSuperelevationInTheMiddle) {

@@ -72,4 +72,10 @@ struct PlanColumns {
   const double* omega;  ///< yaw rate [rad/s]
 };
 
+/// Trucks of all cars as seen from above, column by column. Valid until the state changes.
+struct TruckColumns {
+  const double *x, *y;              ///< midway between the truck centres of a car, at the top of the rails [m]
+  const double *ahead_x, *ahead_y;  ///< from its rear truck to its front one; of length 1 unless the car is pitched
+};
+
 }  // namespace train_derail::model
