@@ -32,6 +32,7 @@
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/units.hpp"
 #include "train_derail/inputs/writer.hpp"
+#include "train_derail/model/step_limit.hpp"
 #include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/incidents_csv.hpp"
 #include "train_derail/outcome/report.hpp"
@@ -58,7 +59,9 @@ struct RunArguments {
 
 inputs::Scenario read(const RunArguments& a) {
   apps::expect(files::FileKind::scenario, a.file);
-  return inputs::read_scenario_file(a.file, apps::overrides(a.set));
+  inputs::Scenario scenario = inputs::read_scenario_file(a.file, apps::overrides(a.set));
+  model::check_step(scenario, a.file);
+  return scenario;
 }
 
 /// Returns how far the run has got, in [0, 1]: the share of speed that is lost, or of stop.time_max that is over. The

@@ -283,6 +283,8 @@ class Reader {
       refuse(kLength, field(row, kLength), "too short: the trucks would stand beyond the pins",
              fmt::format("a length for which {} suits", type.name));
     take_body(b, type);
+    // A car brakes with one force, loaded or empty.
+    if (type.loaded > b.weight) b.loaded_weight = type.loaded;
     check_ranges(b, row);
     if (weight && loaded && type.loaded > type.empty) {
       const bool heavy = *weight > 0.5 * (type.empty + type.loaded);

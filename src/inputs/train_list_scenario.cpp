@@ -97,6 +97,8 @@ std::string to_scenario(TrainList& train, const std::string& source, const std::
     motion = "initial:\n" + line("  speed: 40 mph", "assumed") + line("  yaw_rate: 0.2 rad/s", "assumed: the paper's");
     train.assumptions.emplace_back("initial.speed 40 mph and initial.yaw_rate 0.2 rad/s: not in a train list");
     train.assumptions.emplace_back("all other keys: the defaults, the paper's model (derail keys); or give --base");
+  } else {
+    train.assumptions.emplace_back("all but the cars, as the speed and the car that derails first: of " + base);
   }
   const std::string name = std::filesystem::path(source).filename().string();
   std::string out = fmt::format("# From {} by `derail import consist`.\n#\n# Assumed:\n", files::printable(name));

@@ -190,7 +190,9 @@ void SpatialCouplers::engage_stops(std::size_t i, const Bar& b) {
     gradient += sign * twist * along / size * b.u.cross(left);
   }
   const Vector3d shear = (gradient.dot(b.u) * b.u - gradient) / b.gap;
-  found.vertical = std::abs(shear.z());
+  // Shelves go with the cars: up is midway between theirs.
+  const Vector3d up = both[0]->axes.col(2) + both[1]->axes.col(2);
+  found.vertical = std::abs(shear.dot(up)) / std::max(up.norm(), 1e-3);
   found.effort += shear.norm();
   cars_.push(i, shear, b.arm_lead);
   cars_.push(i + 1, -shear, b.arm_trail);

@@ -251,7 +251,18 @@ struct SpatialModel::Parts final : Waker {
 std::vector<std::string> SpatialModel::instruction_sets(Eigen::Index cars) { return kSpatialVersions.names(cars); }
 
 SpatialModel::SpatialModel(const inputs::Scenario& scenario, const std::string& instruction_set)
-    : TrainModel(scenario), parts_(std::make_unique<Parts>(*this, scenario, instruction_set)) {}
+    : TrainModel(scenario), parts_(std::make_unique<Parts>(*this, scenario, instruction_set)) {
+  if (scenario.track.grades.empty() || parts_->locomotives.empty()) return;
+  // Locomotives have held the train on the grades where it begins, too.
+  const StateVector first = initial_state();
+  double uphill = 0.0, of_locomotives = 0.0;
+  for (Eigen::Index k = 0; k < car_count(); ++k) {
+    const SpatialMotion q = motion(first.data(), k);
+    uphill += at(k).weight * q.axes(2, 0);
+  }
+  for (const Locomotive& l : parts_->locomotives) of_locomotives += at(l.car).weight;
+  for (Locomotive& l : parts_->locomotives) l.held += uphill * at(l.car).weight / of_locomotives;
+}
 
 SpatialModel::~SpatialModel() = default;
 
@@ -405,15 +416,29 @@ PlanColumns SpatialModel::plan(const double* y) const {
   return {column(0), column(1), column(2), column(3), column(4)};
 }
 
-std::optional<TruckColumns> SpatialModel::trucks_from_above(const double* y) const {
-  trucks_.resize(car_count(), 4);
+std::optional<SpaceColumns> SpatialModel::in_space(const double* y) const {
+  in_space_.resize(car_count(), 7);
+  Vector3d velocity_before = Vector3d::Zero(), pin_before = Vector3d::Zero();
   for (Eigen::Index k = 0; k < car_count(); ++k) {
     const SpatialMotion q = motion(y, k);
-    const Vector3d middle = q.point({0.0, 0.0, -at(k).centre_height});
-    trucks_.row(k) << middle.x(), middle.y(), q.axes(0, 0), q.axes(1, 0);
+    const Car& car = at(k);
+    const auto velocity = [&q](const Vector3d& station) {
+      return Vector3d(q.velocity + q.rotation.cross(q.axes * station));
+    };
+    const Vector3d below(0.0, 0.0, -car.centre_height), front(0.5 * car.truck_spacing, 0.0, 0.0);
+    const Vector3d pin(0.5 * car.length, 0.0, coupler_law().height - car.centre_height), behind(-pin.x(), 0.0, pin.z());
+    const Vector3d middle = q.point(below);
+    const double speed_squared = std::max(velocity(below + front).squaredNorm(), velocity(below - front).squaredNorm());
+    in_space_.row(k) << middle.x(), middle.y(), q.axes(0, 0), q.axes(1, 0), speed_squared, 0.0, 0.0;
+    if (k > 0) {
+      in_space_(k - 1, 5) = (pin_before - velocity(pin)).squaredNorm();
+      in_space_(k - 1, 6) = (velocity_before - q.velocity).squaredNorm();
+    }
+    pin_before = velocity(behind);
+    velocity_before = q.velocity;
   }
-  const auto column = [&](Eigen::Index c) { return trucks_.col(c).data(); };
-  return TruckColumns{column(0), column(1), column(2), column(3)};
+  const auto column = [&](Eigen::Index c) { return in_space_.col(c).data(); };
+  return SpaceColumns{column(0), column(1), column(2), column(3), column(4), column(5), column(6)};
 }
 
 CarMotion SpatialModel::car_motion(const double* y, Eigen::Index car) const {
@@ -443,10 +468,14 @@ std::optional<Attitude> SpatialModel::attitude(const double* y, Eigen::Index car
   const Body& b = parts_->cars.bodies[k];
   const SpatialMotion q = parts_->motion(y, k);
   const Vector3d centre = q.point(b.box_centre);
-  const double rails = parts_->bed.profile.at(track_place(car, {centre.x(), centre.y()}).s).bed;
-  const double middle = centre.z() - rails;
-  return Attitude{std::acos(std::clamp(q.axes(2, 2), -1.0, 1.0)), middle,
-                  middle - b.half_extent(q.axes.row(2).transpose())};
+  // Above the rails beside it, which rise and fall on a grade.
+  const auto above_rails = [&](const Vector3d& p) {
+    return p.z() - parts_->bed.profile.at(track_place(car, {p.x(), p.y()}).s).bed;
+  };
+  double lowest = inputs::kInfinity;
+  b.each_corner(
+      [&](const Vector3d& own, double radius) { lowest = std::min(lowest, above_rails(q.point(own)) - radius); });
+  return Attitude{std::acos(std::clamp(q.axes(2, 2), -1.0, 1.0)), above_rails(centre), lowest};
 }
 
 void SpatialModel::find_headings(const double* y, double* cosine, double* sine) const {

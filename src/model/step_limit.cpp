@@ -100,7 +100,8 @@ double longest_step(const Scenario& s, double rate, double damping) {
 /// the car rolls and pitches.
 struct SpatialResponses {
   double pin = 0.0, swing = 0.0, pitch = 0.0, roll = 0.0, rails = 0.0, truck = 0.0, ground = 0.0, contact = 0.0;
-  double coupler_damping = 0.0, rail_damping = 0.0, truck_damping = 0.0, ground_damping = 0.0, contact_damping = 0.0;
+  double coupler_damping = 0.0, rail_damping = 0.0, tie_damping = 0.0, truck_damping = 0.0, ground_damping = 0.0,
+         contact_damping = 0.0;
 };
 
 SpatialResponses spatial_responses(const Scenario& s) {
@@ -137,6 +138,7 @@ SpatialResponses spatial_responses(const Scenario& s) {
     r.truck_damping = std::max(r.truck_damping, truck * side_damping(s.suspension, c.mass));
     r.rails = std::max(r.rails, rails);
     r.rail_damping = std::max(r.rail_damping, rails * rail_damping(s.rails, c.mass));
+    r.tie_damping = std::max(r.tie_damping, rails * tie_damping(s.ties, c.mass));
     // A body lies on a face: six points of it, and friction at each, which acts on the same car.
     const double ground = 6.0 * here.corner;
     r.ground = std::max(r.ground, ground);
@@ -190,6 +192,7 @@ std::vector<StepLimit> step_limits(const Scenario& s) {
     add("coupler.butt_height", butt_stiffness(s.coupler, kHardBuff), r.pitch, 0.0);
     add("coupler.roll_stiffness", s.coupler.roll_stiffness, r.roll, 0.0);
     add("rails.stiffness", s.rails.stiffness, r.rails, r.rail_damping);
+    if (s.ties.law == inputs::TieLaw::guided) add("ties.stiffness", s.ties.stiffness, r.rails, r.tie_damping);
     add("suspension.stiffness", s.suspension.stiffness, r.truck, r.truck_damping);
     add("terrain.body_stiffness", s.terrain.body_stiffness, r.ground, r.ground_damping);
     if (s.contact.law != inputs::ContactLaw::none)
@@ -208,13 +211,13 @@ std::vector<StepLimit> step_limits(const Scenario& s) {
   return in_order(limits);
 }
 
-void check_step(const Scenario& s) {
+void check_step(const Scenario& s, const std::string& source) {
   if (!s.solver.fixed_step) return;
   const StepLimit strictest = step_limits(s).front();
   const double h = *s.solver.fixed_step;
   if (h <= strictest.step_max) return;
   throw inputs::InputError(
-      "scenario", "solver.fixed_step", fmt::format("{}", h),
+      source, "solver.fixed_step", fmt::format("{}", h),
       fmt::format("too long for {} with these cars: the motion would be unstable", strictest.key),
       fmt::format("(0, {:.2g}] s, or {}", 0.99 * strictest.step_max,
                   strictest.key == "ground.regularization_speed" ? "a higher speed" : "less stiffness"));

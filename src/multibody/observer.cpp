@@ -11,12 +11,13 @@ namespace {
 
 Vector2 axis(const PlanMotion& c) { return {std::cos(c.theta), std::sin(c.theta)}; }
 
-/// Position and velocity of the point `ahead` metres ahead of the centre of mass.
-Vector2 place(const PlanMotion& c, double ahead) { return Vector2(c.x, c.y) + ahead * axis(c); }
 Vector2 velocity(const PlanMotion& c, const Vector2& point) {
   return {c.vx - c.omega * (point.y() - c.y), c.vy + c.omega * (point.x() - c.x)};
 }
-Vector2 velocity(const PlanMotion& c, double ahead) { return velocity(c, place(c, ahead)); }
+
+Eigen::Vector3d centre_velocity(const PlanMotion& c) {
+  return c.body ? c.body->velocity : Eigen::Vector3d(c.vx, c.vy, 0.0);
+}
 
 model::Footprint footprint(const model::Car& car, const PlanMotion& c) {
   return {{c.x, c.y}, axis(c), 0.5 * car.length, 0.5 * car.width};
@@ -28,11 +29,21 @@ Observer::Observer(std::vector<model::Car> train, const inputs::Scenario& scenar
     : train_(std::move(train)),
       threshold_(scenario.outcome.off_track_threshold),
       stop_speed_(scenario.stop.speed),
+      coupler_height_(scenario.coupler.height),
       bodies_press_(scenario.contact.law != inputs::ContactLaw::none),
       shortest_{inputs::kInfinity},
       longest_{-inputs::kInfinity},
       off_track_(train_.size(), 0),
       parted_(train_.size() - 1, 0) {}
+
+Observer::PointMotion Observer::point(std::size_t k, const PlanMotion& motion, double ahead, double height) const {
+  if (!motion.body) {
+    const Vector2 place = Vector2(motion.x, motion.y) + ahead * axis(motion), moves = velocity(motion, place);
+    return {{place.x(), place.y(), 0.0}, {moves.x(), moves.y(), 0.0}};
+  }
+  const Eigen::Vector3d arm = motion.body->axes * Eigen::Vector3d(ahead, 0.0, height - train_[k].centre_height);
+  return {motion.body->centre + arm, motion.body->velocity + motion.body->rotation.cross(arm)};
+}
 
 void Observer::consider(int coupler, double length, double t) {
   if (length < shortest_.length) shortest_ = {length, coupler, t};
@@ -64,14 +75,16 @@ void Observer::sample(double t, const std::vector<PlanMotion>& motion) {
   truck_speed_ = 0.0;
   for (std::size_t k = 0; k < train_.size(); ++k) {
     for (const double ahead : {0.5 * train_[k].truck_spacing, -0.5 * train_[k].truck_spacing}) {
-      truck_speed_ = std::max(truck_speed_, velocity(motion[k], ahead).norm());
-      if (std::abs((place(motion[k], ahead) + motion[k].to_trucks).y()) > threshold_) off_track_[k] = 1;
+      const PointMotion truck = point(k, motion[k], ahead, 0.0);
+      truck_speed_ = std::max(truck_speed_, truck.velocity.norm());
+      if (std::abs(truck.place.y()) > threshold_) off_track_[k] = 1;
     }
     if (k == 0 || parted_[k - 1] != 0) continue;
-    const double speed =
-        (velocity(motion[k - 1], -0.5 * train_[k - 1].length) - velocity(motion[k], 0.5 * train_[k].length)).norm();
+    const PointMotion lead = point(k - 1, motion[k - 1], -0.5 * train_[k - 1].length, coupler_height_),
+                      trail = point(k, motion[k], 0.5 * train_[k].length, coupler_height_);
+    const double speed = (lead.velocity - trail.velocity).norm();
     if (speed > relative_.speed) relative_ = {speed, static_cast<int>(k), t};
-    const double centres = std::hypot(motion[k - 1].vx - motion[k].vx, motion[k - 1].vy - motion[k].vy);
+    const double centres = (centre_velocity(motion[k - 1]) - centre_velocity(motion[k])).norm();
     if (centres > centres_.speed) centres_ = {centres, static_cast<int>(k), t};
   }
   if (!bodies_press_) find_touches(t, motion);

@@ -2,6 +2,7 @@
 /// Makes an outcome of the engine's motion. It applies the definitions of outcome.hpp to poses and velocities only.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "train_derail/inputs/scenario.hpp"
 #include "train_derail/model/footprint.hpp"
 #include "train_derail/model/train.hpp"
+#include "train_derail/multibody/engine.hpp"
 #include "train_derail/outcome/outcome.hpp"
 
 namespace train_derail::multibody {
@@ -20,10 +22,9 @@ struct Gap {
 
 /// Motion of one car as seen from above: angles counter-clockwise.
 struct PlanMotion {
-  double x, y, theta;    // centre of mass [m] and heading [rad]
-  double vx, vy, omega;  // velocity of the centre of mass [m/s] and yaw rate [rad/s]
-  // From the centre of mass to midway between its trucks; none unless it leans [m].
-  Vector2 to_trucks = Vector2::Zero();
+  double x, y, theta;                             // centre of mass [m] and heading [rad]
+  double vx, vy, omega;                           // velocity of the centre of mass [m/s] and yaw rate [rad/s]
+  std::optional<BodyMotion> body = std::nullopt;  // all of it, in space
 };
 
 /// What has become of each car.
@@ -69,11 +70,17 @@ class Observer {
   const Extreme& longest() const { return longest_; }
 
  private:
+  /// Where a point of the axis of car `k` is, `ahead` of its centre, and how it moves; in space it is so high above the
+  /// rails where the car stands on them.
+  struct PointMotion {
+    Eigen::Vector3d place, velocity;
+  };
+  PointMotion point(std::size_t k, const PlanMotion& motion, double ahead, double height) const;
   void consider(int coupler, double length, double t);
   void find_touches(double t, const std::vector<PlanMotion>& motion);
 
   const std::vector<model::Car> train_;
-  const double threshold_, stop_speed_;
+  const double threshold_, stop_speed_, coupler_height_;
   const bool bodies_press_;
   double time_ = 0.0;
   std::vector<Gap> gaps_;

@@ -77,11 +77,12 @@ double SpatialBar::holds(const State& state) const {
   }
   const double twist = law_.roll_stiffness * std::max(roll(ahead, behind) - hold_.roll_limit, 0.0);
   const double pulled = -buff(state);
+  const Vec3 both = ahead.R().z() + behind.R().z(), up = both / std::max(both.norm(), 1e-3);
   const double shares[] = {pulled / law_.break_draft,
                            swing / law_.break_swing,
                            std::abs(moments) / law_.break_moment,
                            std::abs(rise) / hold_.slip_height,
-                           std::abs(stops(ahead, behind).force[2]) / hold_.vertical_hold,
+                           std::abs(SimTK::dot(stops(ahead, behind).force, up)) / hold_.vertical_hold,
                            twist / law_.break_twist};
   return 1.0 - *std::max_element(std::begin(shares), std::end(shares));
 }

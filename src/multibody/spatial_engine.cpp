@@ -85,13 +85,18 @@ class Box {
  public:
   Box(const model::Car& car, const BodyMotion& m)
       : centre_(m.centre + m.axes.col(2) * (0.5 * (car.floor_height + car.roof_height) - car.centre_height)),
-        upright_(m.axes(2, 2)) {
+        upright_(m.axes(2, 2)),
+        underframe_(inputs::kInfinity) {
     const Eigen::Vector3d ahead(m.axes(0, 0), m.axes(1, 0), 0.0);
     axis_ = ahead.norm() > 0.0 ? Eigen::Vector3d(ahead.normalized()) : Eigen::Vector3d::UnitX();
     const Eigen::Vector3d half(0.5 * car.length, 0.5 * car.width, 0.5 * (car.roof_height - car.floor_height));
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d way(corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 4 ? 1.0 : -1.0);
       corners_.push_back(m.axes * half.cwiseProduct(way));
+      if (car.underframe_height >= car.floor_height) continue;
+      const Eigen::Vector3d below(way.x() * half.x(), way.y() * 0.5 * car.underframe_width,
+                                  car.underframe_height - car.centre_height);
+      underframe_ = std::min(underframe_, (m.centre + m.axes * below).z());
     }
   }
   model::Footprint footprint() const {
@@ -100,7 +105,7 @@ class Box {
   }
   model::Attitude attitude() const {
     return {std::acos(std::min(std::max(upright_, -1.0), 1.0)), centre_.z(),
-            centre_.z() - reach(Eigen::Vector3d::UnitZ())};
+            std::min(underframe_, centre_.z() - reach(Eigen::Vector3d::UnitZ()))};
   }
 
  private:
@@ -112,6 +117,7 @@ class Box {
   }
   const Eigen::Vector3d centre_;
   const double upright_;
+  double underframe_;     // its lowest point
   Eigen::Vector3d axis_;  // flat
   std::vector<Eigen::Vector3d> corners_;
 };
@@ -316,9 +322,8 @@ class SpatialRun final : public SimbodyRun {
   std::vector<PlanMotion> from_above() const override {
     std::vector<PlanMotion> result;
     for (const BodyMotion& m : cars()) {
-      const Eigen::Vector3d below = -train_[result.size()].centre_height * m.axes.col(2);
       result.push_back({m.centre.x(), m.centre.y(), std::atan2(m.axes(1, 0), m.axes(0, 0)), m.velocity.x(),
-                        m.velocity.y(), m.rotation.z(), Vector2(below.x(), below.y())});
+                        m.velocity.y(), m.rotation.z(), m});
     }
     return result;
   }

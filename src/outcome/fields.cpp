@@ -56,7 +56,8 @@ void add_counts(Fields<Outcome>& f) {
       .as_headline();
   f.add(
        "cars_past_pod", kCars, "cars past the point of derailment",
-       "Cars whose centre of mass has passed the point of derailment.",
+       "Cars whose centre of mass has passed the point of derailment; those that were ahead of it at the start do not "
+       "count.",
        [](auto& o) -> auto& { return o.cars_past_pod; })
       .in_studies()
       .as_headline();
@@ -226,7 +227,8 @@ void add_couplers(Fields<Outcome>& f) {
       "coupler_draft_peak_time", kTime, "", "Simulated time of coupler_draft_peak.",
       [](auto& o) -> auto& { return o.coupler_draft_peak.time; });
   f.add(
-       "couplers_broken", kCouplers, "couplers broken", "Couplers that broke, by draft force, swing or moment.",
+       "couplers_broken", kCouplers, "couplers broken",
+       "Couplers that broke, by draft force, swing or moment; in space also by slipping, vertical force or twist.",
        [](auto& o) -> auto& { return o.couplers_broken; })
       .shown_when(has_broken)
       .in_studies()
@@ -376,8 +378,8 @@ void add_posture(Fields<Outcome>& f) {
       .in_studies();
   f.add(
        "drop_max", kHeight, "largest drop",
-       "Largest depth of the lowest point of a car of the pile-up below the top of the rails; 0 in models of the "
-       "plane.",
+       "Largest depth of the lowest point of a car of the pile-up, body or underframe, below the rails beside it; 0 in "
+       "models of the plane.",
        [](auto& o) -> auto& { return o.posture.drop_max; })
       .shown_when(has_posture)
       .in_studies();

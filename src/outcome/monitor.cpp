@@ -40,7 +40,6 @@ Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rul
     : model_(model),
       loops_(loops()),
       rules_(rules),
-      energy_initial_(model.energy(y.data()).total()),
       step_time_(t),
       extremes_{{inputs::kInfinity, -1, t}, {-inputs::kInfinity, -1, t}},
       half_length_(model.car_count()),
@@ -57,6 +56,9 @@ Monitor::Monitor(const model::TrainModel& model, const inputs::OutcomeRules& rul
     half_spacing_[k] = 0.5 * car.truck_spacing;
     by_x_.push_back(k);
   }
+  const model::EnergyLedger first = model_.energy(y.data());
+  height_initial_ = first.height;
+  energy_initial_ = first.total() - first.height;
   model_.gaps(y.data(), gap_, rate_);
   for (auto* array : {&highest_, &highest_time_, &lowest_, &lowest_time_}) array->resize(model.coupler_count());
   forget_peaks();
@@ -157,8 +159,13 @@ MonitoredCars Monitor::columns(const model::PlanColumns& q) const {
 }
 
 double Monitor::truck_speed_max_behind(Eigen::Index head, const double* y) const {
-  const model::PlanColumns q = model_.plan(y);
   double fastest = 0.0;
+  if (const auto space = model_.in_space(y)) {
+    for (Eigen::Index k = head; k < model_.car_count(); ++k)
+      fastest = std::max(fastest, std::sqrt(space->truck_speed_squared[k]));
+    return fastest;
+  }
+  const model::PlanColumns q = model_.plan(y);
   for (Eigen::Index k = head; k < model_.car_count(); ++k) {
     const model::CarMotion car = motion(q, k);
     for (const double arm : {half_spacing_[k], -half_spacing_[k]})
@@ -172,14 +179,16 @@ void Monitor::sample(double t, const double* y) {
   model_.headings(y, cosine_, sine_);
   const model::PlanColumns q = model_.plan(y);
 
-  truck_speed_max_ = std::sqrt(loops_.truck_speed_squared_max(n, columns(q)));
+  const std::optional<model::SpaceColumns> space = model_.in_space(y);
+  truck_speed_max_ = std::sqrt(space ? loops_.largest_of(n, space->truck_speed_squared)
+                                     : loops_.truck_speed_squared_max(n, columns(q)));
   MonitoredCars trucks = columns(q);
   // A car that leans has its centre of mass beside its trucks.
-  if (const auto below = model_.trucks_from_above(y)) {
-    trucks.x = below->x;
-    trucks.y = below->y;
-    trucks.cosine = below->ahead_x;
-    trucks.sine = below->ahead_y;
+  if (space) {
+    trucks.x = space->x;
+    trucks.y = space->y;
+    trucks.cosine = space->ahead_x;
+    trucks.sine = space->ahead_y;
   }
   if (model_.straight_track()) {
     loops_.extend_astray(n, trucks, astray_.data());
@@ -194,7 +203,7 @@ void Monitor::sample(double t, const double* y) {
         astray_[k] = std::max(astray_[k], std::abs(model_.track_place(k, middle + arm * ahead).offset));
     }
   }
-  if (n > 1) sample_speeds(t, q);
+  if (n > 1) sample_speeds(t, q, space);
   const model::Incidents* incidents = model_.incidents();
   if (incidents == nullptr || incidents->impacts.empty()) {
     sample_touches(t, q);
@@ -207,9 +216,14 @@ void Monitor::sample(double t, const double* y) {
   }
 }
 
-void Monitor::sample_speeds(double t, const model::PlanColumns& q) {
+void Monitor::sample_speeds(double t, const model::PlanColumns& q, const std::optional<model::SpaceColumns>& space) {
   const Eigen::Index n = model_.car_count();
-  loops_.neighbour_speeds(n - 1, columns(q), pins_squared_.data(), centres_squared_.data());
+  if (space) {
+    std::copy_n(space->pins_squared, n - 1, pins_squared_.data());
+    std::copy_n(space->centres_squared, n - 1, centres_squared_.data());
+  } else {
+    loops_.neighbour_speeds(n - 1, columns(q), pins_squared_.data(), centres_squared_.data());
+  }
   // Cars whose coupler has broken have nothing to do with each other any more.
   if (const model::Incidents* incidents = model_.incidents()) {
     for (const model::BrokenCoupler& b : incidents->broken)
@@ -334,9 +348,11 @@ void Monitor::report_peaks(double t, const double* y, Outcome& o) const {
 }
 
 double Monitor::energy_residual(const model::EnergyLedger& now) const {
+  const double risen = now.height - height_initial_;
   // A train that starts at rest gets what it has from the slope.
-  const double scale = energy_initial_ > 0.0 ? energy_initial_ : now.kinetic() + std::abs(now.work_grade);
-  return scale > 0.0 ? std::abs(now.total() - energy_initial_) / scale : 0.0;
+  const double scale =
+      energy_initial_ > 0.0 ? energy_initial_ : now.kinetic() + std::abs(now.work_grade) + std::abs(risen);
+  return scale > 0.0 ? std::abs(now.total() - height_initial_ - energy_initial_) / scale : 0.0;
 }
 
 void Monitor::report(double t, const double* y, Outcome& o) const {
@@ -358,6 +374,7 @@ void Monitor::report(double t, const double* y, Outcome& o) const {
   o.energy = model_.energy(y);
   o.energy_initial = energy_initial_;
   o.energy_residual = energy_residual(o.energy);
+  o.energy.height -= height_initial_;
 }
 
 namespace {
@@ -389,6 +406,7 @@ void Monitor::walk(files::Archive& archive) {
     });
   };
   archive.value("energy_initial", energy_initial_);
+  archive.value("height_initial", height_initial_);
   archive.value("step_time", step_time_);
   archive.column("gap", gap_);
   archive.column("rate", rate_);

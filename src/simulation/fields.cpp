@@ -85,7 +85,8 @@ const Fields<CarSnapshot>& car_fields() {
         "lateral_reach", kLength, "lateral reach", "Distance of its farthest corner from the centre line.",
         [](auto& c) -> auto& { return c.lateral_reach; });
     f.add(
-        "past_pod", kNoUnit, "past the point", "The centre of mass has passed the point of derailment.",
+        "past_pod", kNoUnit, "past the point",
+        "The centre of mass has passed the point of derailment; not of cars that were ahead of it at the start.",
         [](auto& c) -> auto& { return c.past_pod; });
     f.add(
         "off_track", kNoUnit, "off the track",
@@ -121,7 +122,8 @@ const Fields<CouplerSnapshot>& coupler_fields() {
         [](auto& c) -> auto& { return c.lateral_force; });
     f.add(
         "vertical_force", kForce, "vertical force",
-        "Vertical force on the lead car, up positive; 0 in models of the plane.",
+        "Force across the bar in the upright plane through it, of butts and pitch stops, on the lead car, up positive; "
+        "0 in models of the plane.",
         [](auto& c) -> auto& { return c.vertical_force; });
     f.add(
         "swing_lead", kAngle, "swing against the lead car", "Yaw of the bar against the lead car, in (-pi, pi].",

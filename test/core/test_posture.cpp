@@ -14,6 +14,7 @@
 namespace train_derail {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using outcome::Standing;
@@ -77,6 +78,28 @@ TEST(Attitude, OfACarOnItsSideIsThatOfItsBox) {
   EXPECT_NEAR(f.centre.y(), 5.0 + above, 1e-12) << "its roof points to the left";
   EXPECT_NEAR(f.half_width, 0.5 * (car.roof_height - car.floor_height), 1e-12);
   EXPECT_NEAR(f.half_length, 0.5 * car.length, 1e-12);
+}
+
+TEST(Attitude, LooksForTheLowestPointAboveTheRailsBesideIt) {
+  // On a grade a car on its side lies as low as on the level; the lowest part of one that stands is its underframe.
+  inputs::Scenario s = test::spatial(1);
+  s.consist[0].name = "hopper";
+  for (const double grade : {0.0, 0.02, -0.04}) {
+    s.track.grades.clear();
+    if (grade != 0.0) s.track.grades = {{-2000.0, 4000.0, grade}};
+    const model::SpatialModel model(s);
+    const model::Car& car = model.cars()[0];
+    ASSERT_LT(car.underframe_height, car.floor_height);
+    model::StateVector y = model.initial_state();
+    const Matrix3d uphill = test::turned(-std::atan(grade), Vector3d::UnitY());
+    const Vector3d rails(-300.0, 0.0, -300.0 * grade);
+    model.place(y.data(), 0, test::at(rails + uphill * Vector3d(0.0, 0.0, car.centre_height), uphill));
+    EXPECT_NEAR(model.attitude(y.data(), 0)->lowest, car.underframe_height, 1e-3) << grade;
+    const Matrix3d on_side = uphill * test::turned(-90.0 * kDegree, Vector3d::UnitX());
+    model.place(y.data(), 0, test::at(rails + uphill * Vector3d(0.0, 0.0, 1.0), on_side));
+    EXPECT_NEAR(model.attitude(y.data(), 0)->lowest, 1.0 - 0.5 * car.width, 1e-3) << grade;
+    EXPECT_NEAR(model.attitude(y.data(), 0)->height, 1.0, 1e-3) << grade;
+  }
 }
 
 TEST(Attitude, IsNotKnownInThePlane) {

@@ -481,7 +481,11 @@ TEST(SpatialRun, ATooLongStepIsRefused) {
   for (const auto& stiffen : std::vector<std::function<void()>>{
            [&] { s.suspension.stiffness = 1e12; }, [&] { s.terrain.body_stiffness = 1e12; },
            [&] { s.coupler.butt_height = 1.0; }, [&] { s.coupler.pitch_stiffness = 1e12; },
-           [&] { s.coupler.roll_stiffness = 1e12; }}) {
+           [&] { s.coupler.roll_stiffness = 1e12; },
+           [&] {
+             s.ties.law = inputs::TieLaw::guided;
+             s.ties.stiffness = 1e12;
+           }}) {
     const inputs::Scenario kept = s;
     stiffen();
     EXPECT_THROW(simulation::Simulation{s}, inputs::InputError);

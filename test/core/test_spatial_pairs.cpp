@@ -63,6 +63,25 @@ TEST(SpatialCoupler, AShelfHoldsItsForce) {
   EXPECT_EQ(found[0].by, By::vertical);
 }
 
+TEST(SpatialCoupler, AShelfGoesWithItsCars) {
+  // The same two cars, rolled together: what the shelf bears, and that it bears nothing sideways, stays.
+  inputs::Scenario s = spatial(2, 1e-5);
+  s.coupler.pitch_stiffness = inputs::Coupler{}.pitch_stiffness;
+  s.coupler.break_swing = s.coupler.break_moment = kInfinity;
+  s.coupler.swing_limit = 0.1;
+  const auto by = [&](double up, double aside, double rolled) {
+    const Matrix3d roll = turned(rolled, Vector3d::UnitX());
+    Train train(s, {at(kAloft, roll), at(kAloft + roll * Vector3d(-test::kPitch, aside, up), roll)});
+    train.step();
+    const auto& found = train.incidents().broken;
+    return found.empty() ? By::draft : found[0].by;
+  };
+  for (const double rolled : {0.0, 0.6, 0.5 * test::kPi, 2.5}) {
+    EXPECT_EQ(by(0.35, 0.0, rolled), By::vertical) << rolled;
+    EXPECT_EQ(by(0.0, 0.5, rolled), By::draft) << rolled << ": it holds";
+  }
+}
+
 TEST(SpatialCoupler, TypeESlipsAtItsHeight) {
   inputs::Scenario s = spatial(2, 1e-5);
   s.coupler.slip_height = 0.25;

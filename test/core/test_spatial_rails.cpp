@@ -8,6 +8,7 @@
 #include "train_derail/model/track.hpp"
 #include "train_derail/model/track_profile.hpp"
 #include "train_derail/outcome/monitor.hpp"
+#include "train_derail/simulation/simulation.hpp"
 
 namespace train_derail::test {
 namespace {
@@ -159,6 +160,45 @@ TEST(OnTheRails, ACarIsOffTheTrackByItsTrucksHoweverItLeans) {
   const double angle = 1.1 * s.outcome.off_track_threshold / (0.5 * raised.model().cars()[0].truck_spacing);
   const Matrix3d skewed = turned(angle, Vector3d::UnitZ()) * leaning;
   EXPECT_TRUE(monitor_of(Train(s, {at(foot + skewed * Vector3d(0.0, 0.0, height_of(s)), skewed)}), s).off_track(0));
+}
+
+TEST(OnTheRails, SpeedsAreThoseOfPinsAndTrucksWhateverTheHeight) {
+  // Two cars in line that fall, and roll against each other about the middle of the train.
+  const inputs::Scenario s = spatial(2);
+  const double height = height_of(s), fall = 5.0, roll = 1.0;
+  const auto falling = [&](double x, double rate) {
+    return at({x, 0.0, height + 3.0}, Matrix3d::Identity(), {0.0, 0.0, -fall}, {rate, 0.0, 0.0});
+  };
+  const Train train(s, {falling(-300.0, roll), falling(-300.0 - kPitch, -roll)});
+  const outcome::Monitor monitor = monitor_of(train, s);
+  EXPECT_NEAR(monitor.truck_speed_max(), std::hypot(fall, roll * height), 1e-9);
+  EXPECT_NEAR(monitor.truck_speed_max_behind(1, train.data()), std::hypot(fall, roll * height), 1e-9);
+  outcome::Outcome o;
+  monitor.report(0.0, train.data(), o);
+  EXPECT_NEAR(o.relative_speed_max.speed, 2.0 * roll * (height - s.coupler.height), 1e-9);
+  EXPECT_NEAR(o.centre_speed_max.speed, 0.0, 1e-9);
+}
+
+TEST(OnTheRails, ATrainThatStopsUphillClosesItsLedger) {
+  // What stands below the point of derailment has no less energy for it.
+  for (const double grade : {0.02, -0.02}) {
+    inputs::Scenario s = accident(12);
+    s.model = inputs::Model::spatial;
+    s.initial.cars_ahead = 2;
+    s.initial.speed = 6.0;
+    s.initial.perturbation = {};
+    s.track.grades = {{-2000.0, 4000.0, grade}};
+    simulation::Simulation run(s);
+    run.advance(s.stop.time_max);
+    const outcome::Outcome o = run.outcome();
+    EXPECT_EQ(o.ended, outcome::Ended::at_rest) << grade << ": " << o.message;
+    double mass = 0.0;
+    for (const model::Car& car : run.cars()) mass += car.mass;
+    EXPECT_NEAR(o.energy_initial / (0.5 * mass * 36.0), 1.0, 0.05) << grade;
+    EXPECT_LT(o.energy_residual, 1e-3) << grade;
+    EXPECT_GT(o.energy.height * grade, 0.0);
+    EXPECT_LT(std::abs(o.energy.height), mass * kGravity * std::abs(grade) * 200.0);
+  }
 }
 
 TEST(OnTheRails, ShortArcsHaveAllOfTheirSuperelevationInTheMiddle) {

@@ -252,6 +252,17 @@ TEST(SpatialTraction, HoldsTheTrainAtItsSpeedOnAnyGradeUntilTheSignalComes) {
   }
 }
 
+TEST(SpatialTraction, HoldsTheTrainOnGradesThatRiseAndFall) {
+  for (const double grade : {0.006, -0.006}) {
+    inputs::Scenario s = held(0.0, 0.002);
+    s.track.grades = {{-2000.0, 4000.0, grade}};
+    s.brakes.emergency_time = 100.0;
+    SpatialTrain train(s);
+    train.to(20.0);
+    EXPECT_NEAR(speed_of(train, s), 6.0, 5e-3) << grade;
+  }
+}
+
 TEST(SpatialTraction, ADerailedLocomotivePullsNoMore) {
   inputs::Scenario s = held(0.006, 0.002);
   s.initial.cars_ahead = 0;

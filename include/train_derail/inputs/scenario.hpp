@@ -213,7 +213,7 @@ enum class TieLaw {
   guided,  ///< it runs on the ties, guided by rails and ties, until it is thrown off the track bed, see Ties
 };
 
-/// A truck that runs on the ties (TieLaw::guided), Model::extended only.
+/// A truck that runs on the ties (TieLaw::guided); not in Model::paper.
 struct Ties {
   TieLaw law = TieLaw::none;                       ///< what holds it
   double drag = 0.25;                              ///< along the track, over its load [-]
@@ -293,7 +293,7 @@ enum class TractionLaw {
   steady,  ///< they held the train at its speed when it derailed, and go on as they did
 };
 
-/// Pull of the locomotives on the rails, Model::extended only.
+/// Pull of the locomotives on the rails; not in Model::paper.
 struct Traction {
   TractionLaw law = TractionLaw::none;  ///< how they pull
   double adhesion = 0.25;               ///< their largest force along the track over their weight [-]

@@ -54,7 +54,7 @@ inline constexpr EnergyTerm kEnergyTerms[] = {
     {"energy_coupler_swing", &EnergyLedger::coupler_swing, "left in swing stops",
      "Strain energy of the swing stops of couplers, at stop_time."},
     {"energy_height", &EnergyLedger::height, "left in height",
-     "Work to lift the centres of mass from their height at rest on the rails, at stop_time; spatial model only."},
+     "Work to lift the centres of mass from where they were at the start, at stop_time; spatial model only."},
     {"energy_suspension", &EnergyLedger::suspension, "left in springs",
      "Strain energy of springs of trucks and of the ground under bodies, at stop_time; spatial model only."},
     {"work_on_track", &EnergyLedger::work_on_track, "spent on the track",

@@ -43,18 +43,19 @@ struct CarObservation {
 
 /// One coupler, seen as a bar between the rear pin of the lead car and the front pin of the trail car.
 struct CouplerObservation {
-  double gap = 0.0;             ///< pin to pin [m]
-  double angle = 0.0;           ///< heading of the bar, from the trail car's pin to the lead car's [rad]
-  double axial_force = 0.0;     ///< along the bar, buff positive, draft negative [N]
-  double lateral_force = 0.0;   ///< across it; on the lead car along the bar's direction turned by -90 deg [N]
-  double vertical_force = 0.0;  ///< on the lead car, up positive [N]
-  double swing_lead = 0.0;      ///< yaw of the bar against the lead car, in (-pi, pi] [rad]
-  double swing_trail = 0.0;     ///< yaw of the bar against the trail car, in (-pi, pi] [rad]
-  double pitch_lead = 0.0;      ///< pitch of the bar against the lead car [rad]
-  double pitch_trail = 0.0;     ///< pitch of the bar against the trail car [rad]
-  double moment_lead = 0.0;     ///< moment of the swing stop on the lead car, about z [N m]
-  double moment_trail = 0.0;    ///< moment of the swing stop on the trail car, about z [N m]
-  bool broken = false;          ///< for good: carries nothing any more
+  double gap = 0.0;            ///< pin to pin [m]
+  double angle = 0.0;          ///< heading of the bar, from the trail car's pin to the lead car's [rad]
+  double axial_force = 0.0;    ///< along the bar, buff positive, draft negative [N]
+  double lateral_force = 0.0;  ///< across it; on the lead car along the bar's direction turned by -90 deg [N]
+  /// Across it in the upright plane through it, of butts and pitch stops; on the lead car, up positive [N].
+  double vertical_force = 0.0;
+  double swing_lead = 0.0;    ///< yaw of the bar against the lead car, in (-pi, pi] [rad]
+  double swing_trail = 0.0;   ///< yaw of the bar against the trail car, in (-pi, pi] [rad]
+  double pitch_lead = 0.0;    ///< pitch of the bar against the lead car [rad]
+  double pitch_trail = 0.0;   ///< pitch of the bar against the trail car [rad]
+  double moment_lead = 0.0;   ///< moment of the swing stop on the lead car, about z [N m]
+  double moment_trail = 0.0;  ///< moment of the swing stop on the trail car, about z [N m]
+  bool broken = false;        ///< for good: carries nothing any more
 };
 
 /// Cars in the order of the train; coupler i (from 0) joins cars i (lead) and i + 1 (trail).
@@ -72,10 +73,14 @@ struct PlanColumns {
   const double* omega;  ///< yaw rate [rad/s]
 };
 
-/// Trucks of all cars as seen from above, column by column. Valid until the state changes.
-struct TruckColumns {
-  const double *x, *y;              ///< midway between the truck centres of a car, at the top of the rails [m]
-  const double *ahead_x, *ahead_y;  ///< from its rear truck to its front one; of length 1 unless the car is pitched
+/// What cars in space do that PlanColumns do not tell, column by column. Valid until the state changes.
+struct SpaceColumns {
+  const double *x, *y;              ///< midway between the truck centres of a car, seen from above [m]
+  const double *ahead_x, *ahead_y;  ///< from its rear truck to its front one, so seen: of length 1 unless it is pitched
+  const double* truck_speed_squared;  ///< of the faster one of its truck centres [m^2/s^2]
+  /// Of car i against car i + 1, one less than cars: speeds of the facing pins and of the centres of mass, squared
+  /// [m^2/s^2].
+  const double *pins_squared, *centres_squared;
 };
 
 }  // namespace train_derail::model

@@ -61,7 +61,7 @@ class SpatialModel final : public TrainModel {
 
   Observation observe(const double* y) const override;
   PlanColumns plan(const double* y) const override;
-  std::optional<TruckColumns> trucks_from_above(const double* y) const override;
+  std::optional<SpaceColumns> in_space(const double* y) const override;
   CarMotion car_motion(const double* y, Eigen::Index car) const override;
   Footprint footprint(const double* y, Eigen::Index car) const override;
   std::optional<Attitude> attitude(const double* y, Eigen::Index car) const override;
@@ -96,8 +96,7 @@ class SpatialModel final : public TrainModel {
   void find_headings(const double* y, double* cosine, double* sine) const override;
 
   const std::unique_ptr<Parts> parts_;
-  mutable Eigen::ArrayXXd plan_;    // the columns of plan()
-  mutable Eigen::ArrayXXd trucks_;  // the columns of trucks_from_above()
+  mutable Eigen::ArrayXXd plan_, in_space_;  // the columns of plan() and of in_space()
 };
 
 }  // namespace train_derail::model

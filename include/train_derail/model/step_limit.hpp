@@ -23,7 +23,8 @@ struct StepLimit {
 /// hold h^2 rate^2 + 2 h damping < 4, those of the explicit Runge-Kutta methods h (rate + damping / 3) < 1.
 std::vector<StepLimit> step_limits(const inputs::Scenario& scenario);
 
-/// Throws inputs::InputError if solver.fixed_step is longer than step_limits() allow.
-void check_step(const inputs::Scenario& scenario);
+/// Throws inputs::InputError, which calls the scenario `source`, if solver.fixed_step is longer than step_limits()
+/// allow.
+void check_step(const inputs::Scenario& scenario, const std::string& source = "scenario");
 
 }  // namespace train_derail::model

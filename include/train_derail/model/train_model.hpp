@@ -66,9 +66,9 @@ class TrainModel {
   virtual Observation observe(const double* y) const = 0;
   /// All cars of state `y` as seen from above; valid until the state changes or this is called again.
   virtual PlanColumns plan(const double* y) const = 0;
-  /// Trucks of state `y` as seen from above; valid as plan() is. Nothing in models of the plane: there the centre of
-  /// mass is midway between them, and plan() and headings() tell where they are.
-  virtual std::optional<TruckColumns> trucks_from_above(const double* /*y*/) const { return std::nullopt; }
+  /// What the cars do beside what is seen from above; valid as plan() is. Nothing in models of the plane: there the
+  /// centre of mass is midway between the trucks, and plan() and headings() tell all.
+  virtual std::optional<SpaceColumns> in_space(const double* /*y*/) const { return std::nullopt; }
   /// One car of state `y` as seen from above.
   virtual CarMotion car_motion(const double* y, Eigen::Index car) const = 0;
   /// What the body covers of the ground, seen from above.

@@ -3,6 +3,7 @@
 /// samples.
 #pragma once
 
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -84,7 +85,7 @@ class Monitor {
   model::CarMotion motion(const model::PlanColumns& q, Eigen::Index car) const;
   /// All cars of the sample that is being taken.
   MonitoredCars columns(const model::PlanColumns& q) const;
-  void sample_speeds(double t, const model::PlanColumns& q);
+  void sample_speeds(double t, const model::PlanColumns& q, const std::optional<model::SpaceColumns>& space);
   void sample_touches(double t, const model::PlanColumns& q);
   void note(const FirstTouch& touch);
   void report_pile_up(const double* y, Outcome& outcome) const;
@@ -94,7 +95,7 @@ class Monitor {
   const model::TrainModel& model_;
   const MonitorLoops& loops_;
   const inputs::OutcomeRules rules_;
-  double energy_initial_;
+  double energy_initial_, height_initial_;  // at the start: kinetic and strain energy; of height [J]
   double step_time_;
   ArrayX gap_, rate_, new_gap_, new_rate_;  // of every coupler [m, m/s]
   GapExtremes extremes_;
