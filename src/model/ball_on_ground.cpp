@@ -51,6 +51,19 @@ Places places(const CrossSection& t, double side) {
   return p;
 }
 
+/// Places between which a slope may be pressed. Beyond a hollow it goes on below the ground, and a ball that is deep
+/// there presses on it as well.
+double least_foot(const GroundOutline& ground, std::size_t slope) {
+  std::size_t i = slope;
+  while (i > 0 && ground.slope(i - 1) < ground.slope(i)) --i;
+  return i > 0 ? ground.corner(i - 1).offset : -kFar;
+}
+double most_foot(const GroundOutline& ground, std::size_t slope) {
+  std::size_t i = slope;
+  while (i < ground.corners() && ground.slope(i) < ground.slope(i + 1)) ++i;
+  return i < ground.corners() ? ground.corner(i).offset : kFar;
+}
+
 }  // namespace
 
 GroundOutline::GroundOutline(const CrossSection& section) {
@@ -77,17 +90,16 @@ BallTouches ball_on_ground(const GroundOutline& ground, double offset, double he
   for (std::size_t i = 0; i <= ground.corners(); ++i) {
     const double slope = ground.slope(i), up = 1.0 / std::sqrt(1.0 + slope * slope), aside = -slope * up;
     const double foot = offset - radius * aside;
-    const double from = i > 0 ? ground.corner(i - 1).offset : -kFar,
-                 to = i < ground.corners() ? ground.corner(i).offset : kFar;
     // An edge between this slope and the one before, that stands out.
     if (i > 0 && slope < slope_before) {
+      const double from = ground.corner(i - 1).offset;
       const double before = offset + radius * slope_before / std::sqrt(1.0 + slope_before * slope_before);
       if (before > from && foot <= from) {
         const double sine = (offset - from) / radius, cosine = std::sqrt(std::max(1.0 - sine * sine, 0.0));
         add({sine, cosine, ground.corner(i - 1).z - height + radius * cosine, 2 * i - 1});
       }
     }
-    if (foot > from && foot <= to) {
+    if (foot > least_foot(ground, i) && foot <= most_foot(ground, i)) {
       const GroundOutline::Corner& near = i > 0 ? ground.corner(i - 1) : ground.corner(0);
       const double z = near.z + slope * (foot - near.offset);
       add({aside, up, z - height + radius * up, 2 * i});

@@ -47,8 +47,9 @@ struct BallTouches {
 };
 
 /// A ball presses on every slope that it is deepest in straight below its centre as seen from that slope, and on every
-/// edge that stands out and lies between the feet on both of its slopes. So depth changes continuously as the ball
-/// moves, and the direction is its gradient: otherwise a tank that rolls off the ballast would gain energy or lose it.
+/// edge that stands out and lies between the feet on both of its slopes. A slope goes on below the ground beyond a
+/// hollow. So depth changes continuously as the ball moves, and the direction is its gradient: otherwise a tank that
+/// rolls off the ballast would gain energy or lose it.
 ///
 /// @param offset, height  of its centre: to the left of the centre line, above the rails [m]
 /// @return those with a depth above 0
