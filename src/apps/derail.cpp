@@ -15,6 +15,7 @@
 
 #include "bag_output.hpp"
 #include "check_command.hpp"
+#include "count_option.hpp"
 #include "ensemble.hpp"
 #include "exit_codes.hpp"
 #include "files.hpp"
@@ -40,6 +41,7 @@
 #include "train_derail/simulation/fields.hpp"
 #include "train_derail/simulation/output_grid.hpp"
 #include "train_derail/simulation/simulation.hpp"
+#include "train_derail/simulation/times.hpp"
 #include "train_derail/simulation/trajectory_csv.hpp"
 #include "validate_command.hpp"
 #include "verify_command.hpp"
@@ -89,7 +91,7 @@ double checkpoint_time(const RunArguments& a) {
   } catch (const std::invalid_argument& e) {
     refuse(e.what());
   }
-  if (!(t >= 0.0)) refuse("before the run begins");
+  if (const std::string flaw = simulation::flaw_of_time(t); !flaw.empty()) refuse(flaw);
   return t;
 }
 
@@ -385,13 +387,10 @@ int command_line(int argc, char** argv) {
       run_command, "--from", a.from,
       "Go on from what --checkpoint has saved: bit for bit the same run, or with other inputs from there on");
   apps::add_force(run_command, a.force);
-  run_command
-      ->add_option("--seeds", a.seeds,
-                   "Compute this many runs that differ by their seed (initial.perturbation): medians and ranges; "
-                   "--csv then writes one row for each run")
-      ->check(CLI::Range(2, 100000));
-  run_command->add_option("--jobs", a.jobs, "Threads of --seeds; default: one for each core")
-      ->check(CLI::Range(1, 4096));
+  apps::add_count(run_command, "--seeds", a.seeds, study::kSeeds,
+                  "Compute this many runs that differ by their seed (initial.perturbation): medians and ranges; "
+                  "--csv then writes one row for each run");
+  apps::add_jobs(run_command, a.jobs, "Threads of --seeds; default: one for each core");
   run_command->add_flag("--quiet", a.quiet, "No progress and no table");
   CLI::App* check_command =
       app.add_subcommand("check", "Validate a scenario and print it in SI, all defaults filled in");
@@ -410,17 +409,14 @@ int command_line(int argc, char** argv) {
   app.failure_message(one_line);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? apps::kOk : apps::kInputWrong;
-  }
-
-  try {
     if (*run_command) return run(a);
     if (*check_command) return check(a);
     if (further_command) return further_command();
     if (*keys_command) std::cout << inputs::describe_keys();
     if (*fields_command) std::cout << describe_fields();
     return apps::kOk;
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? apps::kOk : apps::kInputWrong;
   } catch (const inputs::InputError& e) {
     std::cerr << "derail: " << e.what() << "\n";
     return apps::kInputWrong;

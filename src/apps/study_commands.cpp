@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "count_option.hpp"
 #include "exit_codes.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
@@ -169,8 +170,8 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
     add_path(sub, "FILE", a.file, "Study, YAML (examples: config/studies)")->required();
     sub->add_option("--set", a.set, "Change an input of the base scenario: key=value; may be repeated")
         ->allow_extra_args(false);
-    sub->add_option("--replicates", a.replicates, "Runs for each point, instead of the number in the study")
-        ->check(CLI::Range(1, 1000000));
+    add_count(sub, "--replicates", a.replicates, study::kReplicates,
+              "Runs for each point, instead of the number in the study");
     add_path(sub, "--out", a.out, "Folder of the results; default: the file's name with .results");
     sub->add_option("--engine", a.engine, "What computes: the model, or the multibody engine that checks it (slow)")
         ->default_str(to_string(study::EngineChoice::purpose_built))
@@ -180,7 +181,7 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   CLI::App* study_command =
       app.add_subcommand("study", "Run a study: many scenarios, on all cores, one row for each run");
   common(study_command);
-  study_command->add_option("--jobs", a.jobs, "Threads; default: one for each core")->check(CLI::Range(1, 4096));
+  add_jobs(study_command, a.jobs);
   study_command->add_flag("--resume", a.resume, "Compute only what the folder lacks");
   study_command->add_option("--shard", a.shard, "Part i/N of the runs, for several machines; then derail merge");
   study_command->callback([&command, arguments] { command = [arguments] { return run(*arguments); }; });

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "count_option.hpp"
 #include "exit_codes.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
@@ -159,7 +160,7 @@ void add_validate_command(CLI::App& app, std::function<int()>& command) {
       ->check(CLI::Range(1, 1000));
   sub->add_option("--every", a.every, "Only every N-th row of the table")->check(CLI::Range(1, 1000000));
   add_path(sub, "--out", a.out, "Folder of the results; default: the table's name with .validated");
-  sub->add_option("--jobs", a.jobs, "Threads; default: one for each core")->check(CLI::Range(1, 4096));
+  add_jobs(sub, a.jobs);
   sub->add_flag("--skip-invalid", a.skip_invalid, "Leave out rows that cannot be used, and say which and why");
   sub->add_flag("--resume", a.resume, "Compute only what the folder lacks: after a kill or a stop");
   sub->add_flag("--quiet", a.quiet, "No progress and no table");

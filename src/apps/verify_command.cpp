@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "count_option.hpp"
 #include "exit_codes.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
@@ -85,7 +86,7 @@ void add_verify_command(CLI::App& app, std::function<int()>& command) {
                   "Runs of either engine in the ensembles; fewer than 8 are reported, not judged")
       ->capture_default_str()
       ->check(CLI::Range(1, 100000));
-  sub->add_option("--jobs", a.options.jobs, "Threads; default: one for each core")->check(CLI::Range(1, 4096));
+  add_jobs(sub, a.options.jobs);
   add_path(sub, "--json", a.json, "Write everything as JSON in SI units; - is standard output");
   add_path(sub, "--out", a.out, "Folder for verify.json and differences.csv, from which plot_verify.py draws");
   add_force(sub, a.force);

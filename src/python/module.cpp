@@ -27,6 +27,8 @@
 #include "train_derail/simulation/fields.hpp"
 #include "train_derail/simulation/output_grid.hpp"
 #include "train_derail/simulation/simulation.hpp"
+#include "train_derail/simulation/times.hpp"
+#include "train_derail/study/counts.hpp"
 #include "train_derail/study/runner.hpp"
 #include "train_derail/study/summary.hpp"
 
@@ -35,6 +37,7 @@ namespace train_derail::python {
 namespace {
 
 using Changes = std::vector<std::pair<std::string, std::string>>;  // keys and values
+constexpr const char* kArgument = "argument";                      // where mistakes are
 using OnProgress = std::optional<std::function<void(std::int64_t, std::int64_t)>>;
 
 std::vector<inputs::Override> overrides(const Changes& changes) {
@@ -99,6 +102,8 @@ class Simulation {
     interruptibly([this](const std::atomic<bool>& stop) { run_.run(&stop); });
   }
   void advance(double t) {
+    if (const std::string flaw = simulation::flaw_of_time(t); !flaw.empty())
+      throw inputs::InputError(kArgument, "t", py::str(py::float_(t)), flaw, "a time of the run [s], from 0 on");
     const Turn turn(*this);
     interruptibly([this, t](const std::atomic<bool>& stop) { run_.advance(t, &stop); });
   }
@@ -204,16 +209,29 @@ class ProgressSaid {
   std::int64_t done_ = 0, total_ = 0, said_ = 0;
 };
 
+/// 0 threads: one a core.
+constexpr study::Bounds kJobs{0, study::kJobs.most};
+
+/// A whole number within bounds; refused in the words of the command line.
+int count(const study::Bounds& bounds, const char* name, const py::object& value) {
+  const bool whole = PyIndex_Check(value.ptr()) != 0 && !PyBool_Check(value.ptr());
+  PyObject* text = whole ? PyNumber_ToBase(value.ptr(), 10) : PyObject_Repr(value.ptr());
+  if (text == nullptr) throw py::error_already_set();
+  return study::count(bounds, kArgument, name, py::reinterpret_steal<py::str>(text));
+}
+
 /// The runs of `derail run --seeds`: outcomes, table as CSV, summary as JSON, warnings.
-py::tuple ensemble(const Scenario& scenario, int seeds, int jobs, const OnProgress& on_progress) {
-  const study::Study study = study::ensemble_of(scenario.get(), seeds);
+py::tuple ensemble(const Scenario& scenario, const py::object& seeds, const py::object& jobs,
+                   const OnProgress& on_progress) {
+  const study::Study study = study::ensemble_of(scenario.get(), count(study::kSeeds, "seeds", seeds));
+  const int threads = count(kJobs, "jobs", jobs);
   ProgressSaid progress(on_progress);
   std::vector<std::string> warnings;
   const std::vector<outcome::Outcome> outcomes = interruptibly(
       [&](const std::atomic<bool>& stop) {
         warnings = study::check(study, &stop);
         return study::run_in_memory(
-            study, jobs, [&progress](const study::Progress& p) { progress.note(p); }, stop);
+            study, threads, [&progress](const study::Progress& p) { progress.note(p); }, stop);
       },
       [&progress] { progress.say(); });
   progress.say();
@@ -224,15 +242,17 @@ py::tuple ensemble(const Scenario& scenario, int seeds, int jobs, const OnProgre
 
 /// The runs and tables of `derail study` in a folder. Returns the warnings.
 std::vector<std::string> run_study(const std::string& path, const std::string& folder, const Changes& changes,
-                                   int replicates, int jobs, bool resume, const OnProgress& on_progress) {
+                                   const py::object& replicates, const py::object& jobs, bool resume,
+                                   const OnProgress& on_progress) {
   study::Study study = study::read_study_file(path, overrides(changes));
-  if (replicates > 0) study.replicates = replicates;
+  if (!replicates.is_none()) study.replicates = count(study::kReplicates, "replicates", replicates);
+  const int threads = count(kJobs, "jobs", jobs);
   ProgressSaid progress(on_progress);
   std::vector<std::string> warnings = interruptibly(
       [&](const std::atomic<bool>& stop) {
         std::vector<std::string> said = study::check(study, &stop);
         const study::RunReport report = study::run_study(
-            study, {folder, jobs, resume, {}}, [&progress](const study::Progress& p) { progress.note(p); }, stop);
+            study, {folder, threads, resume, {}}, [&progress](const study::Progress& p) { progress.note(p); }, stop);
         if (report.stopped) throw study::Stopped();
         const study::Totals totals = study::write_results(folder, study, report.wall_time, &stop);
         said.insert(said.end(), totals.warnings.begin(), totals.warnings.end());

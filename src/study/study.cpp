@@ -15,6 +15,7 @@
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/writer.hpp"
 #include "train_derail/outcome/quantities.hpp"
+#include "train_derail/study/counts.hpp"
 
 namespace train_derail::study {
 
@@ -75,7 +76,8 @@ void describe_study(V& v, StudyEntry& s) {
   v.integer("samples", s.samples, inputs::between(0, 1e7), false, "Points of a random plan.");
   v.number("spread", s.spread, {"1", "", kSpreads},
            "Factor on the half-width of every range of a random plan; the middles stay.");
-  v.integer("replicates", s.replicates, inputs::between(1, 1e6), false, "Runs for each point.");
+  v.integer("replicates", s.replicates, inputs::between(kReplicates.least, kReplicates.most), false,
+            "Runs for each point.");
   v.group(
       "perturbation", s.perturbation, [](auto& w, auto& p) { inputs::describe_perturbation_sizes(w, p); },
       "Sizes of the perturbation; every run has a seed of its own.");

@@ -165,6 +165,18 @@ class RunTest(Case):
                 self.assertTrue(simulation.ended)
                 self.assertEqual(without_wall_time(simulation.outcome), without_wall_time(run.outcome))
 
+    def test_times_before_the_run_are_refused(self):
+        simulation = train_derail.Simulation(BASELINE)
+        for t in (-1, float('nan'), -math.inf):
+            with self.assertRaises(train_derail.InputError) as caught:
+                simulation.advance(t)
+            self.assertEqual((caught.exception.key, caught.exception.value), ('t', str(float(t))))
+        simulation.advance(0.0)
+        self.assertEqual(simulation.time, 0.0)
+        simulation.advance(1.0)
+        simulation.advance(0.5)  # is over
+        self.assertEqual(simulation.time, 1.0)
+
     def test_a_failed_integration_is_an_error(self):
         with self.assertRaises(train_derail.IntegrationError) as caught:
             train_derail.run(BASELINE, {'solver.steps_max': 50})
@@ -236,6 +248,44 @@ class ManyRunsTest(Case):
         code = 'import sys; sys.modules["pandas"] = None; import train_derail; ' \
                f'table = train_derail.ensemble("{BASELINE}", 2, {PERTURBED}).table; print(type(table).__name__, table["run"].tolist())'
         self.assertEqual(subprocess.check_output([sys.executable, '-c', code], text=True, cwd=self.folder), 'dict [0, 1]\n')
+
+    def test_numbers_are_refused_as_on_the_command_line(self):
+        """In its words, with its bounds, before anything is computed."""
+        base = train_derail.load(BASELINE).source
+        with open(self.path('study.yaml'), 'w', encoding='utf-8') as file:
+            file.write(STUDY.format(base=base))
+
+        def said_by_derail(*arguments):
+            result = subprocess.run([DERAIL, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=60, check=False)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            return result.stderr.strip()
+
+        jobs_of_python = 'from 0 to'  # 0: one a core
+        for function, command in ((lambda **counts: train_derail.ensemble(BASELINE, **{'seeds': 3, **counts}), ('run', base, '--seeds')),
+                                  (lambda **counts: train_derail.study(self.path('study.yaml'), **counts), ('study', 'study.yaml', '--replicates'))):
+            name = command[-1][2:]
+            for key, value in ((name, 0), (name, -1), (name, 2.5), (name, 10**12), (name, 10**30), (name, True), (name, '3'), ('jobs', -1), ('jobs', 4097), ('jobs', 1.0)):
+                with self.subTest(key=key, value=value):
+                    with self.assertRaises(train_derail.InputError) as caught:
+                        function(**{key: value})
+                    e = caught.exception
+                    self.assertEqual((e.where, e.key, e.value), ('argument', key, repr(value)))
+                    if value == '3':
+                        self.assertEqual(e.problem, 'not a whole number')
+                        continue
+                    said = said_by_derail(*command[:2], f'--{key}={value}')
+                    self.assertIn(f"command line: --{key} = '{value}': {e.problem}; allowed: ", said)
+                    self.assertTrue(said.endswith(e.range.replace(jobs_of_python, 'from 1 to')), (said, e.range))
+        with self.assertRaises(train_derail.InputError):
+            train_derail.ensemble(BASELINE, 1, PERTURBED)
+        self.assertEqual(len(train_derail.ensemble(BASELINE, np.int64(2), PERTURBED, jobs=np.int64(1))), 2)
+        self.assertEqual(len(train_derail.study(self.path('study.yaml'), {'consist[0].count': 12}, replicates=2).table), 8)
+
+    def test_warnings_of_the_runs_are_there(self):
+        many = train_derail.ensemble(BASELINE, 2, {**PERTURBED, 'coupler.slack': '4 ft'})
+        self.assertTrue(many.summary['warnings'])
+        for warning in many.summary['warnings']:
+            self.assertEqual(many.warnings.count(warning), 1, many.warnings)
 
     def test_what_progress_raises_ends_it(self):
         def refuse(done, total):

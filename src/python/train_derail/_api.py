@@ -245,7 +245,8 @@ class Simulation:
         self._core.save(os.fspath(path), replace)
 
     def advance(self, t: float) -> None:
-        """Runs on to simulated time ``t`` [s], or to the end of the run if that comes first."""
+        """Runs on to simulated time ``t`` [s], or to the end of the run if that comes first. A time that is over does
+        nothing; InputError: one before the run begins."""
         self._core.advance(t)
 
     def step(self) -> bool:
@@ -375,8 +376,9 @@ class Ensemble:
                  warnings: List[str]) -> None:
         self.scenario: Scenario = scenario  #: its inputs
         self.outcomes: List[Dict[str, Any]] = outcomes  #: one dict a run, as ``Run.outcome``
-        self.warnings: List[str] = warnings  #: what to look at before the numbers are believed
         self.summary: Dict[str, Any] = json.loads(summary)  #: medians and ranges, as ``derail run --seeds --json``
+        #: What to look at before the numbers are believed.
+        self.warnings: List[str] = [*warnings, *self.summary['warnings']]
         self._runs = arrays(runs, _RUN_KINDS)
 
     def __getitem__(self, name: str) -> 'np.ndarray[Any, Any]':
@@ -396,7 +398,7 @@ def ensemble(scenario: Union[Scenario, PathLike], seeds: int, changes: Changes =
              progress: Progress = None, **short: Value) -> Ensemble:
     """Runs a scenario ``seeds`` times, each with its own perturbation, as ``derail run --seeds``.
 
-    ``jobs``: threads; 0: one a core. They do not hold the interpreter. The results do not depend on their number.
+    ``seeds``: 2 or more. ``jobs``: threads; 0: one a core. They do not hold the interpreter. The results do not depend on their number.
     ``progress(done, total)`` is called now and then. Raises InputError, also if the runs could not differ. A run whose
     integration failed stays in the results: ``outcome["ended"]``.
 
@@ -445,7 +447,7 @@ class StudyResults:
 
 
 def study(path: PathLike, changes: Changes = None, *, out: Optional[PathLike] = None, resume: bool = False,
-          replicates: int = 0, jobs: int = 0, progress: Progress = None, **short: Value) -> StudyResults:
+          replicates: Optional[int] = None, jobs: int = 0, progress: Progress = None, **short: Value) -> StudyResults:
     """Runs a study file, as ``derail study``; ``changes`` and keyword arguments change its base scenario.
 
     ``out``: folder for the results, which ``derail`` can go on with or report; without it they are kept in memory only.
