@@ -30,7 +30,7 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
   if (a.csv) csv.emplace(*a.csv, existing(a.force), &stop);
   if (a.json) json.emplace(*a.json, existing(a.force), &stop);
   std::vector<outcome::Outcome> outcomes;
-  {
+  try {
     ProgressLine progress(!a.quiet);
     outcomes = study::run_in_memory(
         study, useful_jobs(a.jobs),
@@ -39,11 +39,16 @@ int run_ensemble(const inputs::Scenario& scenario, const EnsembleArguments& a) {
                           fmt::format("{} of {} runs", p.done, p.total));
         },
         stop);
+  } catch (const study::Stopped&) {  // before the first run began
   }
   const auto ended = [&](outcome::Ended how) {
     return std::count_if(outcomes.begin(), outcomes.end(), [&](const outcome::Outcome& o) { return o.ended == how; });
   };
   const auto not_run = ended(outcome::Ended::running), failed = ended(outcome::Ended::integration_failed);
+  if (not_run == static_cast<std::ptrdiff_t>(outcomes.size())) {
+    std::cerr << fmt::format("derail: stopped before any of {} runs was finished; nothing has been written\n", a.seeds);
+    return kInterrupted;
+  }
   // First what needs no disk, which may be full by now.
   const bool on_standard_output =
       std::any_of(outputs.begin(), outputs.end(), [](const NamedPath& o) { return files::same_file(o.path, "-"); });
