@@ -154,8 +154,8 @@ int report(const StudyArguments& a) {
   }
   require_apart(inputs, {{"--out", path}});
   const std::string page = make_page("report", study::report_document(a.folder));
-  // An older report may be replaced; any other file only with --force.
-  const bool own = a.force || files::recognise(path).what == files::kReport;
+  // An older report may be replaced in its own place, which nobody has named; any other file only with --force.
+  const bool own = a.force || (!a.out && files::recognise(path).what == files::kReport);
   files::write_file(path, page, existing(own));
   if (!a.quiet && !files::same_file(path, "-")) std::cout << path << "\n";
   return kOk;
@@ -191,7 +191,8 @@ void add_study_commands(CLI::App& app, std::function<int()>& command) {
   CLI::App* report_command =
       app.add_subcommand("report", "Write the results of a study as one self-contained page of HTML");
   add_path(report_command, "DIR", a.folder, "Folder of the results")->required();
-  add_path(report_command, "--out", a.out, "File of the page; default: report.html in DIR; - is standard output");
+  add_path(report_command, "--out", a.out,
+           "File of the page; - is standard output; default: report.html in DIR, where it replaces an older report");
   add_force(report_command, a.force);
   report_command->add_flag("--quiet", a.quiet, "Do not print the path of the page");
   report_command->callback([&command, arguments] { command = [arguments] { return report(*arguments); }; });
