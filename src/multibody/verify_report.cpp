@@ -145,22 +145,31 @@ void add_one_run(Text out, const Verification& v) {
                  v.multibody_seconds, cost_ratio(v.purpose_built_seconds, v.multibody_seconds));
 }
 
+/// Of ensembles that agree: in how many outcomes so few runs could not have been counted on to differ; "" if in none.
+std::string unseen(const Ensemble& e) {
+  const auto blind = std::count_if(e.quantities.begin(), e.quantities.end(),
+                                   [](const QuantityComparison& q) { return !std::isfinite(q.detectable); });
+  if (e.verdict != Verdict::agrees || blind == 0) return "";
+  return fmt::format("; {} runs of each are too few to show a difference reliably in {} of {} outcomes", e.runs, blind,
+                     e.quantities.size());
+}
+
 void add_ensembles(Text out, const Verification& v) {
   const VerifyOptions& o = v.options;
   const Criteria& c = o.criteria;
   const Ensemble& e = v.ensemble;
-  fmt::format_to(out, "4. Ensembles: {} runs of each, spacing jittered by {:g} mm, yaw rate by {:g} %: {}\n", e.runs,
-                 1e3 * o.spacing, 1e2 * jitter_of_yaw_rate(v), to_string(e.verdict));
+  fmt::format_to(out, "4. Ensembles: {} runs of each, spacing jittered by {:g} mm, yaw rate by {:g} %: {}{}\n", e.runs,
+                 1e3 * o.spacing, 1e2 * jitter_of_yaw_rate(v), to_string(e.verdict), unseen(e));
   if (e.failed > 0) fmt::format_to(out, "   {} runs failed\n", e.failed);
   fmt::format_to(out, "   {:<36} {:>8} {:>8} {:>19} {:>9} {:>9} {:>11}\n", "", "p.-built", "multib.",
                  "difference, 95 %", "p (KS)", "p (MW)", "detectable");
   for (const QuantityComparison& q : e.quantities) {
     const outcome::Quantity& about = quantity(q.name);
-    fmt::format_to(out, "   {:<36} {:>8.4g} {:>8.4g} {:>+9.3g} +/- {:<5.3g} {:>9.2g} {:>9.2g} {:>11} {}\n", about.title,
+    fmt::format_to(out, "   {:<36} {:>8.4g} {:>8.4g} {:>+9.3g} +/- {:<5.3g} {:>9.2g} {:>9.2g} {:>11}{}\n", about.title,
                    mean(q.purpose_built) / about.per_shown, mean(q.multibody) / about.per_shown,
                    q.mean.value / about.per_shown, q.mean.half_width / about.per_shown, q.p_distance, q.p_precedence,
                    std::isfinite(q.detectable) ? fmt::format("{:.3g}", q.detectable / about.per_shown) : "none",
-                   about.shown_unit);
+                   std::isfinite(q.detectable) ? fmt::format(" {}", about.shown_unit) : "");
   }
   if (e.verdict == Verdict::not_judged) {
     fmt::format_to(out, "   not judged: {} runs of each are too few, {} are needed\n", e.runs, c.runs_least);
@@ -187,7 +196,8 @@ std::string to_table(const Verification& v) {
   fmt::format_to(out, "Verdict: {}{}\n", to_string(v.verdict()),
                  v.verdict() == Verdict::agrees && v.ensemble.verdict == Verdict::not_judged
                      ? ", as far as judged (the ensembles are not)"
-                     : "");
+                 : v.verdict() == Verdict::agrees ? unseen(v.ensemble)
+                                                  : "");
   return t;
 }
 
