@@ -316,13 +316,24 @@ std::string describe_fields() {
          fields::reference(simulation::coupler_fields());
 }
 
+/// Returns an error in the words of the command line.
+std::string told(const inputs::InputError& e) {
+  return e.where() == inputs::kOverride
+             ? inputs::InputError("--set", e.key(), e.value(), e.problem(), e.allowed()).what()
+             : e.what();
+}
+
 /// Returns an error of CLI11 on one line, with the command that prints help.
 std::string one_line(const CLI::App* app, const CLI::Error& error) {
   std::string what = error.what();
+  const std::vector<std::string> left = app->remaining(true);
   while (const CLI::App* chosen = app->get_subcommands().empty() ? nullptr : app->get_subcommands().front())
     app = chosen;
   const bool top = app->get_parent() == nullptr;
-  const std::vector<std::string> left = app->remaining(true);
+  // A slip in an option leaves other things missing, too.
+  const auto option =
+      std::find_if(left.begin(), left.end(), [](const std::string& l) { return l.size() > 1 && l[0] == '-'; });
+  if (option != left.end()) what = fmt::format("{}: no such option", option->substr(0, 40));
   if (top && !left.empty() && left.front().front() != '-') {
     std::vector<std::string> names;
     for (const CLI::App* command : app->get_subcommands({})) names.push_back(command->get_name());
@@ -418,7 +429,7 @@ int command_line(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? apps::kOk : apps::kInputWrong;
   } catch (const inputs::InputError& e) {
-    std::cerr << "derail: " << e.what() << "\n";
+    std::cerr << "derail: " << told(e) << "\n";
     return apps::kInputWrong;
   } catch (const files::ExistsError& e) {
     std::cerr << "derail: " << e.what() << "; --force replaces it\n";

@@ -11,7 +11,6 @@
 namespace train_derail::apps {
 
 namespace fs = std::filesystem;
-using files::FileKind;
 using inputs::InputError;
 
 void require_apart(const std::vector<NamedPath>& inputs, const std::vector<NamedPath>& outputs) {
@@ -27,30 +26,6 @@ void require_apart(const std::vector<NamedPath>& inputs, const std::vector<Named
       if (files::same_file(outputs[i].path, outputs[j].path)) refuse(outputs[j]);
     }
   }
-}
-
-namespace {
-
-const char* name_of(FileKind kind) {
-  switch (kind) {
-    case FileKind::scenario: return "a scenario (YAML; derail keys)";
-    case FileKind::study: return "a study (YAML; examples: config/studies)";
-    case FileKind::accidents: return "a table of accidents (CSV; docs/validation.md)";
-    case FileKind::study_results: return "a folder with the results of derail study";
-    case FileKind::validation_results: return "a folder with the results of derail validate";
-    case FileKind::verification_results: return "a folder with the results of derail verify";
-    case FileKind::unknown:
-    case FileKind::other: break;
-  }
-  return "something else";
-}
-
-}  // namespace
-
-void expect(FileKind wanted, const std::string& path) {
-  const files::Recognised r = files::recognise(path);
-  if (r.kind == wanted || r.kind == FileKind::unknown) return;
-  throw InputError(path, "", "", "is " + r.what + (r.hint.empty() ? "" : " (" + r.hint + ")"), name_of(wanted));
 }
 
 NewFolder::NewFolder(const std::string& path) {

@@ -9,6 +9,7 @@
 
 #include "train_derail/files/output_file.hpp"
 #include "train_derail/files/recognise.hpp"
+#include "train_derail/inputs/expect.hpp"
 
 namespace train_derail::apps {
 
@@ -20,9 +21,7 @@ struct NamedPath {
 /// Throws inputs::InputError if an output is the same file as an input or another output.
 void require_apart(const std::vector<NamedPath>& inputs, const std::vector<NamedPath>& outputs);
 
-/// Throws inputs::InputError if a path is recognised as another kind of file than the wanted one: "PATH: is a study
-/// (derail study takes it); allowed: a scenario". A file that is not recognised is left to its reader.
-void expect(files::FileKind wanted, const std::string& path);
+using inputs::expect;
 
 /// Creates a folder, and removes it at the end of its life if it is empty, with the folders that were created above it.
 class NewFolder {

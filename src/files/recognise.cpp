@@ -96,7 +96,7 @@ Recognised table(const std::string& line) {
   for (const TableMark& t : kTables) {
     if (column(t.names[0]) && column(t.names[1])) return {t.kind, t.what, t.hint};
   }
-  return {FileKind::other, "a table (CSV)", ""};
+  return {FileKind::other, kTable, ""};
 }
 
 /// Whether the text has this key of YAML at the beginning of a line.
@@ -106,6 +106,11 @@ bool key(const std::string& text, std::string_view name) {
     if ((at == 0 || text[at - 1] == '\n') && end < text.size() && text[end] == ':') return true;
   }
   return false;
+}
+
+/// Whether the text has one of these keys.
+bool any_key(const std::string& text, std::initializer_list<std::string_view> names) {
+  return std::any_of(names.begin(), names.end(), [&text](std::string_view name) { return key(text, name); });
 }
 
 Recognised document(const std::string& text) {
@@ -132,15 +137,18 @@ Recognised document(const std::string& text) {
   // The first line of a scenario or study always has a colon; a line with commas and without a colon is a table.
   const auto colon = line.find(':');
   if (std::count(line.begin(), line.end(), ',') >= 2 && colon == std::string::npos) return table(line);
-  if (key(text, "consist")) return {FileKind::scenario, "a scenario", "derail run takes it"};
-  if (key(text, "scenario") &&
-      (key(text, "factors") || key(text, "plan") || key(text, "replicates") || key(text, "outcomes"))) {
-    return {FileKind::study, "a study", "derail study takes it"};
-  }
+  const Recognised scenario{FileKind::scenario, "a scenario", "derail run takes it"};
+  if (key(text, "consist")) return scenario;
   if ((key(text, "causes") && key(text, "groups")) || (key(text, "base") && key(text, "studies"))) {
     return {FileKind::study, "a file of ways by cause", "derail validate takes it"};
   }
-  if (key(text, "base") && key(text, "factors")) return {FileKind::study, "a study", "derail study takes it"};
+  if ((key(text, "scenario") || key(text, "base")) &&
+      any_key(text, {"factors", "fitted_on", "plan", "samples", "spread", "replicates", "outcomes"}))
+    return {FileKind::study, "a study", "derail study takes it"};
+  // A scenario that changes another one may have any of its groups.
+  if (key(text, "base") && any_key(text, {"model", "initial", "track", "terrain", "ground", "coupler", "brakes",
+                                          "contact", "stop", "solver", "output", "outcome"}))
+    return scenario;
   return {};
 }
 

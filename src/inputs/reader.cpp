@@ -38,7 +38,7 @@ struct Step {
 
 std::vector<Step> split(const Override& o) {
   const auto bad = [&] {
-    throw InputError("override", o.key, o.value, "not a valid key", "names joined by '.', list items as [0], [1], ...");
+    throw InputError(kOverride, o.key, o.value, "not a valid key", "names joined by '.', list items as [0], [1], ...");
   };
   std::vector<Step> steps;
   std::string_view rest = o.key;
@@ -68,35 +68,42 @@ std::vector<Step> split(const Override& o) {
   return steps;
 }
 
-void apply(YAML::Node& root, const Override& o) {
+/// Notes in `sources` which groups are there only since then.
+void apply(YAML::Node& root, const Override& o, std::map<std::string, std::string>& sources) {
   YAML::Node value;
   try {
     value = parse_yaml(o.value, false);
   } catch (const YamlMistake& m) {
-    throw InputError("override", o.key, o.value, m.problem, m.allowed);
+    throw InputError(kOverride, o.key, o.value, m.problem, m.allowed);
   }
   if (value.IsScalar()) value.SetTag("!");  // as if it were in quotes, because PyYAML does not read overrides
   const std::vector<Step> steps = split(o);
+  std::string path;
   YAML::Node node;
   node.reset(root);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step& step = steps[i];
     const bool last = i + 1 == steps.size();
+    if (step.index >= 0) path += fmt::format("[{}]", step.index);
+    else path += (path.empty() ? "" : ".") + step.name;
     if (step.index >= 0) {
       if (!node.IsSequence() || static_cast<std::size_t>(step.index) >= node.size()) {
-        throw InputError("override", o.key, o.value, fmt::format("there is no item [{}]", step.index),
+        throw InputError(kOverride, o.key, o.value, fmt::format("there is no item [{}]", step.index),
                          node.IsSequence() ? fmt::format("[0] to [{}]", node.size() - 1) : "not a list");
       }
       if (last) node[step.index] = value;
       else node.reset(node[step.index]);
     } else {
       if (!node.IsMap() && !node.IsNull()) {
-        throw InputError("override", o.key, o.value, fmt::format("'{}' is not inside a group", step.name), "");
+        throw InputError(kOverride, o.key, o.value, fmt::format("'{}' is not inside a group", step.name), "");
       }
       if (last) {
         node[step.name] = value;
       } else {
-        if (!node[step.name]) node[step.name] = YAML::Node(YAML::NodeType::Map);
+        if (!node[step.name]) {
+          node[step.name] = YAML::Node(YAML::NodeType::Map);
+          sources[path] = kOverride;
+        }
         node.reset(node[step.name]);
       }
     }
@@ -108,7 +115,7 @@ void apply(YAML::Node& root, const Override& o) {
 Override parse_override(std::string_view text) {
   const auto equals = text.find('=');
   if (equals == std::string_view::npos || equals == 0) {
-    throw InputError("override", "", std::string(text), "not of the form key=value",
+    throw InputError(kOverride, "", std::string(text), "not of the form key=value",
                      "key=value, as in \"initial.speed=50 mph\"");
   }
   return {std::string(files::trimmed(text.substr(0, equals))), std::string(files::trimmed(text.substr(equals + 1)))};
@@ -140,8 +147,7 @@ void lay_over(YAML::Node under, const YAML::Node& over, const std::string& prefi
     under.remove(name);
     under.force_insert(item.first, item.second);  // keeps its line number
     for (auto s = sources.lower_bound(key); s != sources.end() && s->first.compare(0, key.size(), key) == 0;) {
-      const bool inside = s->first.size() == key.size() || s->first[key.size()] == '.' || s->first[key.size()] == '[';
-      s = inside ? sources.erase(s) : std::next(s);
+      s = within(s->first, key) ? sources.erase(s) : std::next(s);
     }
     sources[key] = source;
   }
@@ -281,8 +287,8 @@ Scenario read_scenario(const YAML::Node& tree, const std::string& source, const 
 namespace {
 
 /// Returns the whole tree: with overrides, and with the blocks of a train list. `assumed` takes what was assumed.
-YAML::Node whole(const Layers& written_layers, const std::string& source, const std::vector<Override>& overrides,
-                 std::vector<std::string>& assumed) {
+Layers whole(const Layers& written_layers, const std::string& source, const std::vector<Override>& overrides,
+             std::vector<std::string>& assumed) {
   // Copied only if needed, because a copy loses the line numbers.
   Layers layers = written_layers;
   if (!overrides.empty()) layers.tree.reset(YAML::Clone(written_layers.tree));
@@ -292,23 +298,24 @@ YAML::Node whole(const Layers& written_layers, const std::string& source, const 
   // Those of the blocks come when there are blocks.
   const auto of_consist = [](const Override& o) { return o.key.compare(0, 7, "consist") == 0; };
   for (const Override& o : overrides) {
-    if (!of_consist(o)) apply(root, o);
+    if (!of_consist(o)) apply(root, o, layers.sources);
   }
   const YAML::Node consist = root.IsMap() ? static_cast<const YAML::Node&>(root)["consist"] : YAML::Node();
   if (consist && consist.IsMap()) root.reset(with_consist(layers, source, overrides, assumed));
   for (const Override& o : overrides) {
-    if (of_consist(o)) apply(root, o);
+    if (of_consist(o)) apply(root, o, layers.sources);
   }
-  return root;
+  layers.tree.reset(root);
+  return layers;
 }
 
 }  // namespace
 
 Scenario read_scenario(const Layers& layers, const std::string& source, const std::vector<Override>& overrides) {
   Scenario scenario;
-  const YAML::Node root = whole(layers, source, overrides, scenario.assumptions);
+  const Layers all = whole(layers, source, overrides, scenario.assumptions);
   KeyPlaces places;
-  TreeReader reader(root, "", source, overrides, places, layers.sources);
+  TreeReader reader(all.tree, "", source, overrides, places, all.sources);
   describe(reader, scenario);
   reader.finish();
   check_at(places, source, [&] { validate(scenario); });

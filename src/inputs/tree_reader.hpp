@@ -39,6 +39,12 @@ inline std::string written(const YAML::Node& node) {
   return out.c_str();
 }
 
+/// Whether a key is that of a group or list, or of something in it.
+inline bool within(const std::string& key, const std::string& group) {
+  return key.compare(0, group.size(), group) == 0 &&
+         (key.size() == group.size() || key[group.size()] == '.' || key[group.size()] == '[');
+}
+
 /// Does `check`; an InputError of it gets the place and the text of its key in the file.
 /// \param source  name of the file, for keys that it does not have.
 template <class Check>
@@ -175,14 +181,19 @@ class TreeReader {
       if (prefix_.empty() && key.compare(0, 2, "x-") == 0) continue;  // keys with x- are only there for anchors
       std::string allowed;
       for (const auto& name : asked_) allowed += (allowed.empty() ? "" : ", ") + name;
-      throw InputError(where(prefix_ + key, item.first), prefix_ + key, written(item.second), "unknown key", allowed);
+      const std::string path = prefix_ + key;
+      for (const Override& o : overrides_) {  // the file may not even have the group that it names
+        if (o.key != path && within(o.key, path) && source_of(path) == kOverride)
+          throw InputError(kOverride, o.key, o.value, fmt::format("unknown key '{}'", path), allowed);
+      }
+      throw InputError(where(path, item.first), path, written(item.second), "unknown key", allowed);
     }
   }
 
-  /// Where a key is, with its file and line, or "override".
+  /// Where a key is, with its file and line, or kOverride.
   std::string where(const std::string& path, const YAML::Node& node) const {
     for (const Override& o : overrides_) {
-      if (path.compare(0, o.key.size(), o.key) == 0) return "override";
+      if (within(path, o.key)) return kOverride;
     }
     return located(source_of(path), node.Mark());
   }

@@ -18,6 +18,7 @@
 #include "python/interruptible.hpp"
 #include "train_derail/files/output_file.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/expect.hpp"
 #include "train_derail/inputs/keys.hpp"
 #include "train_derail/inputs/reader.hpp"
 #include "train_derail/inputs/warnings.hpp"
@@ -244,6 +245,7 @@ py::tuple ensemble(const Scenario& scenario, const py::object& seeds, const py::
 std::vector<std::string> run_study(const std::string& path, const std::string& folder, const Changes& changes,
                                    const py::object& replicates, const py::object& jobs, bool resume,
                                    const OnProgress& on_progress) {
+  inputs::expect(files::FileKind::study, path);
   study::Study study = study::read_study_file(path, overrides(changes));
   if (!replicates.is_none()) study.replicates = count(study::kReplicates, "replicates", replicates);
   const int threads = count(kJobs, "jobs", jobs);
@@ -312,6 +314,7 @@ void add_scenario(py::module_& m) {
   m.def(
       "read_scenario_file",
       [](const std::string& path, const Changes& changes) {
+        inputs::expect(files::FileKind::scenario, path);
         return Scenario::from_tree(inputs::load_file(path), path, changes);
       },
       py::arg("path"), py::arg("changes"), "Reads a scenario file, with inputs changed as by --set.");

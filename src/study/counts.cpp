@@ -14,7 +14,8 @@ int count(const Bounds& bounds, const std::string& where, const std::string& key
   };
   const auto number = files::number<int>(text);
   // More digits than an int holds are out of range, too.
-  const bool digits = !text.empty() && text.find_first_not_of("0123456789", text[0] == '-' ? 1 : 0) == std::string::npos;
+  const bool digits =
+      !text.empty() && text.find_first_not_of("0123456789", text[0] == '-' ? 1 : 0) == std::string::npos;
   if (!number && (!digits || text == "-")) refuse("not a whole number");
   if (!number || *number < bounds.least || *number > bounds.most) refuse("out of range");
   return *number;

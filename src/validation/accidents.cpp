@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/number.hpp"
@@ -191,12 +192,17 @@ Accident read_posture_row(const File& file, const Line& line, std::vector<InputE
   return a;
 }
 
-/// Throws InputError if the table lacks a column.
+/// Throws InputError, which names them, if the table lacks columns.
 void require(const File& file, std::initializer_list<const char*> columns) {
+  std::vector<std::string> missing;
   for (const char* column : columns) {
-    if (!file.has(column))
-      throw InputError(file.path + ":1", column, "", "missing column", "a column of this name (docs/validation.md)");
+    if (!file.has(column)) missing.emplace_back(column);
   }
+  if (missing.size() == 1)
+    throw InputError(file.path + ":1", missing[0], "", "missing column", "a column of this name (docs/validation.md)");
+  if (!missing.empty())
+    throw InputError(file.path + ":1", "", "", fmt::format("missing columns: {}", fmt::join(missing, ", ")),
+                     "a table of accidents, CSV (docs/validation.md)");
 }
 
 // Columns of form 6180.54 of the Federal Railroad Administration. A row is one report. A suffix 1 means what the train

@@ -35,7 +35,7 @@ std::string content(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-/// A running `derail`; its standard error goes into a file.
+/// A running `derail`; what it prints goes into a file.
 class Running {
  public:
   Running(const std::vector<std::string>& arguments, const std::string& errors) {
@@ -47,10 +47,22 @@ class Running {
     pid_ = fork();
     if (pid_ == 0) {
       dup2(open(errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
-      dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
+      dup2(STDERR_FILENO, STDOUT_FILENO);
       execv(program.c_str(), argv.data());
       _exit(127);
     }
+  }
+  /// Waits until it would end in good order on this signal; false if that does not come within a minute.
+  bool catches(int number) const {
+    const auto start = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - start < std::chrono::minutes(1)) {
+      const std::string status = content("/proc/" + std::to_string(pid_) + "/status");
+      const auto caught = status.find("SigCgt:");
+      if (caught != std::string::npos && (std::stoull(status.substr(caught + 7), nullptr, 16) >> (number - 1) & 1) == 1)
+        return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
   }
   void signal(int number) const { kill(pid_, number); }
   /// Of its end, which has to come within a minute.
@@ -229,8 +241,10 @@ TEST_F(CliFiles, WrongFilesAreToldByName) {
       " --csv " + at("states.csv") + " --incidents " + at("incidents.csv") + " --json " + at("outcome.json");
   ASSERT_EQ(derail("run " + at("train.yaml") + kShort + outputs).code, 0);
   put("huge.csv", "a,b,c\n" + std::string(2000000, 'x'));
+  put("train.csv", "Position,Car Kind,L/E\n1,locomotive,\n");
+  put("less.yaml", "base: one.study.yaml\nreplicates: 3\n");
   const std::ptrdiff_t files = count();
-  const std::string study = " --study " + kStudy;
+  const std::string study = " --study " + kStudy, changed = kSource + "/config/accident3d.yaml";
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"run " + kStudy, "is a study (derail study takes it); allowed: a scenario"},
       {"check " + kStudy, "is a study"},
@@ -251,6 +265,18 @@ TEST_F(CliFiles, WrongFilesAreToldByName) {
       {"run " + at("pipe"), "is a pipe"},
       {"run /dev/zero", "is a device"},
       {"study " + at("train.yaml"), "is a scenario (derail run takes it); allowed: a study"},
+      {"study " + changed, "is a scenario (derail run takes it); allowed: a study"},
+      {"validate " + kAccidents + " --study " + changed, "is a scenario (derail run takes it); allowed: a study"},
+      {"run " + at("less.yaml"), "is a study (derail study takes it); allowed: a scenario"},
+      {"validate " + at("train.csv") + study,
+       "train.csv:1: missing columns: speed_mph, n_cars, tons_per_car, head_end_locos, mid_locos, rear_locos, "
+       "first_car_position, cars_from_pod_to_rear, cars_derailed; allowed: a table of accidents, CSV"},
+      {"run " + changed + " --set \"intial.speed=40 mph\"",
+       "derail: --set: intial.speed = '40 mph': unknown key 'intial'"},
+      {"run " + changed + " --set \"initial.speed=-1\"", "derail: --set: initial.speed = '-1': out of range"},
+      {"run --hlep", "--hlep: no such option; help: derail run --help"},
+      {"study --hlep", "--hlep: no such option; help: derail study --help"},
+      {"--hlep", "--hlep: no such option; help: derail --help"},
       {"study " + at("states.csv"), "allowed: a study"},
       {"merge " + at("train.yaml"), "is a scenario"},
       {"merge " + kStudy + " " + at("folder"),
@@ -298,6 +324,11 @@ TEST_F(CliFiles, AReportReplacesItselfAlone) {
   ASSERT_EQ(derail("study " + at("one.study.yaml") + " --set stop.time_max=1 --out " + at("out")).code, 0);
   EXPECT_EQ(derail("report " + at("out")).code, 0);
   EXPECT_EQ(derail("report " + at("out")).code, 0) << "a page of its own";
+  ASSERT_EQ(derail("report " + at("out") + " --out " + at("named.html")).code, 0);
+  const Result again = derail("report " + at("out") + " --out " + at("named.html"));
+  EXPECT_EQ(again.code, 1);
+  EXPECT_NE(again.out.find("--force replaces it"), std::string::npos) << again.out;
+  EXPECT_EQ(derail("report --force " + at("out") + " --out " + at("named.html")).code, 0);
   put("page.html", "<html>mine</html>");
   EXPECT_EQ(derail("report " + at("out") + " --out " + at("page.html")).code, 1);
   EXPECT_EQ(content(at("page.html")), "<html>mine</html>");
@@ -435,6 +466,17 @@ TEST_F(CliFiles, InterruptedARunIsWrittenAsFarAsItCame) {
         << content(at("errors"));
     for (const std::string& name : {pipe, json, incidents}) fs::remove(name);
   }
+}
+
+TEST_F(CliFiles, AnEnsembleThatIsStoppedBeforeItsFirstRunHasNoNumbers) {
+  Running run({"run", kBaseline, "--set", "consist[0].count=1000", "--set", "initial.perturbation.spacing=1 cm",
+               "--seeds", "2", "--csv", at("runs.csv"), "--json", at("summary.json")},
+              at("errors"));
+  ASSERT_TRUE(run.catches(SIGINT));
+  run.signal(SIGINT);
+  EXPECT_EQ(run.code(), 130);
+  EXPECT_EQ(content(at("errors")), "derail: stopped before any of 2 runs was finished; nothing has been written\n");
+  EXPECT_FALSE(fs::exists(at("runs.csv")) || fs::exists(at("summary.json")));
 }
 
 TEST_F(CliFiles, APipeThatNobodyReadsOnDoesNotHoldUpTheEnd) {

@@ -465,6 +465,14 @@ class ScenarioTest(Case):
         with self.assertRaises(train_derail.InputError) as caught:
             train_derail.load(self.path('wrong.yaml'))
         self.assertEqual((caught.exception.where, caught.exception.key), (self.path('wrong.yaml') + ':3', 'initial.speed'))
+        with open(self.path('study.yaml'), 'w', encoding='utf-8') as file:
+            file.write(STUDY.format(base=train_derail.load(BASELINE).source))
+        with self.assertRaises(train_derail.InputError) as caught:
+            train_derail.run(self.path('study.yaml'))
+        self.assertEqual((caught.exception.where, caught.exception.problem), (self.path('study.yaml'), 'is a study (derail study takes it)'))
+        with self.assertRaises(train_derail.InputError) as caught:
+            train_derail.study(SPACE)
+        self.assertEqual(caught.exception.problem, 'is a scenario (derail run takes it)')
         with self.assertRaises(train_derail.InputError) as caught:
             train_derail.run('nowhere/there.yaml')
         self.assertEqual(caught.exception.where, 'nowhere/there.yaml')

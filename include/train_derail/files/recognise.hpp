@@ -27,6 +27,8 @@ struct Recognised {
 
 /// Recognised::what of a page that `derail report` has written.
 inline constexpr char kReport[] = "a report of derail";
+/// Recognised::what of a table whose columns are none of those that this program knows.
+inline constexpr char kTable[] = "a table (CSV)";
 /// Text in the head of such a page, by which it is recognised.
 inline constexpr char kReportMark[] = "<meta name=\"generator\" content=\"train_derail\" />";
 

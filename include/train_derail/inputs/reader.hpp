@@ -16,6 +16,9 @@
 
 namespace train_derail::inputs {
 
+/// InputError::where() of a mistake in a changed input.
+inline constexpr char kOverride[] = "override";
+
 /// One changed input.
 struct Override {
   std::string key;    ///< as in "initial.speed" or "consist[0].count"
