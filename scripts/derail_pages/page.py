@@ -90,6 +90,16 @@ def chart_axis(chart):
     return axis(values, whole=chart['whole'])
 
 
+def width_in_letters(section):
+    """How wide a table is at least, in letters of its font, with room between columns: on paper, nothing scrolls."""
+    texts = [[column['title']] for column in section['columns']]
+    for row in section['rows']:
+        for column, cell in zip(texts, row):
+            column.append(cell['text'])
+    # A no-break space is part of a word.
+    return sum(2 + max((len(word) for text in column for word in text.split(' ')), default=0) for column in texts)
+
+
 def title_of(svg, otherwise):
     """The title that a picture in SVG carries."""
     try:
@@ -141,5 +151,6 @@ def rendered(name, document):
     environment.globals['raw'] = lambda file: _raw(TEMPLATES, file)
     environment.globals['three'] = lambda file: _raw(THREE_FILES[file], file)
     environment.globals.update(axis=axis, chart_axis=chart_axis, pictures=pictures)
-    environment.filters.update(packed_run=packed_run, outcome_rows=outcome_rows, percent=percent, number=number)
+    environment.filters.update(packed_run=packed_run, outcome_rows=outcome_rows, percent=percent, number=number,
+                               width_in_letters=width_in_letters)
     return plain(environment.get_template(name + '.html').render(json.loads(document)))

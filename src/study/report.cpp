@@ -112,7 +112,8 @@ struct Cells {
 
 /// "14 (12.7 to 15.3)".
 std::string median_of(const Cells& cells, const Number& outcome) {
-  return fmt::format("{} ({}{}{})", outcome.number(cells["median"]), outcome.number(cells["q05"]), kTo,
+  // On the screen these cells do not break; on paper they may, after "to".
+  return fmt::format("{} ({}{}to {})", outcome.number(cells["median"]), outcome.number(cells["q05"]), kSpace,
                      outcome.number(cells["q95"]));
 }
 

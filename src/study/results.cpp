@@ -25,7 +25,12 @@ constexpr const char* kSpace = "\u00A0";
 
 }  // namespace
 
-std::string digits(double value) { return std::isnan(value) ? "\u2013" : fmt::format("{:.4g}", value); }
+std::string digits(double value) {
+  if (std::isnan(value)) return "\u2013";
+  // Areas and forces: powers of ten are wider, and nobody reads them.
+  const bool plain = std::abs(value) >= 9999.5 && std::abs(value) < 1e7;
+  return plain ? fmt::format("{:.0f}", value) : fmt::format("{:.4g}", value);
+}
 
 double Number::shown(const std::string& si) const {
   return files::number<double>(si).value_or(std::nan("")) / per_shown;

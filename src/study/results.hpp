@@ -33,7 +33,7 @@ struct Number {
   std::string label() const;
 };
 
-/// Four digits; a dash for NaN.
+/// Four digits, of numbers up to ten millions all before the point; a dash for NaN.
 std::string digits(double value);
 
 /// A table that was read into memory.

@@ -36,6 +36,17 @@ replicates: 12
 perturbation: {spacing: 30 mm}
 outcomes: [coupler_force_peak]
 """
+WIDE = """
+title: wide
+scenario: scenario.yaml
+plan: one_at_a_time
+factors:
+  - {key: initial.speed, label: speed of the train when it derails, values: [10 mph, 30 mph]}
+replicates: 3
+perturbation: {spacing: 30 mm}
+outcomes: [cars_past_pod, cars_off_track, cars_derailed, closing_speed_max, relative_speed_max, coupler_force_peak, pile_up_length,
+  pile_up_width, pile_up_area, stop_time]
+"""
 SVG = '<svg xmlns="http://www.w3.org/2000/svg"><title>Force &amp; &lt;i&gt;</title><rect width="9" height="9"/></svg>'
 
 
@@ -161,6 +172,28 @@ class ReportPageTest(PageTest):
         self.browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
         printed = base64.b64decode(self.browser.execute_cdp_cmd('Page.printToPDF', {'printBackground': False})['data'])
         self.assertTrue(printed.startswith(b'%PDF'))
+
+    def test_a_wide_table_fits_on_paper(self):
+        """Of ten outcomes: on the screen it scrolls, on paper what does not fit is lost."""
+        wide = self.path('wide')
+        self.derail('study', self.path('wide.yaml', WIDE), '--out', wide)
+        self.derail('report', wide)
+        open_page(self.browser, os.path.join(wide, 'report.html'))
+        paper = {'width': 717, 'height': 1000, 'deviceScaleFactor': 1, 'mobile': False}  # A4, less its margins
+        self.browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', paper)
+        self.browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': 'print'})
+        try:
+            table = self.browser.find_element(By.ID, 'outcomes')
+            self.assertEqual(len(table.find_elements(By.TAG_NAME, 'th')), 15)
+            self.assertLessEqual(self.js('document.documentElement.scrollWidth'), 717)
+            self.assertLessEqual(table.rect['x'] + table.rect['width'], 717)
+            size = float(self.browser.find_element(By.CSS_SELECTOR, '#outcomes td').value_of_css_property('font-size')[:-2])
+            self.assertGreater(size, 5.0, 'large enough to read')
+            ends = [t.rect['x'] + t.rect['width'] for t in self.browser.find_elements(By.CSS_SELECTOR, '.foot text')]
+            self.assertLessEqual(max(ends), 717, 'numbers at the ends of axes')
+        finally:
+            self.browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': ''})
+            self.browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
 
     def test_says_what_is_missing(self):
         """Without jinja2: the name of the package, and no half page."""
