@@ -14,6 +14,15 @@ RASTER_ABOVE = 300  # dots of a scatter panel that are still drawn as vectors
 FIRST = {'facecolor': COLOUR, 'edgecolor': 'black', 'linewidth': 0.6}
 TOTAL = {'facecolor': '#FBD9B5', 'edgecolor': 'black', 'linewidth': 0.6, 'hatch': '\\\\\\\\'}
 HEIGHT = 0.36
+# A run in a scatter panel; the same in its legend.
+RUN = {
+    'color': COLOUR,
+    'marker': 'o',
+    'linestyle': 'none',
+    'markersize': 3.2,
+    'alpha': 0.6,
+    'markeredgewidth': 0.0,
+}
 
 
 def _whole(values):
@@ -78,16 +87,7 @@ def _groups(x):
 def _scatter(ax, x, y):
     finite = np.isfinite(y)
     x, y = x[finite], y[finite]
-    ax.plot(
-        x,
-        y,
-        'o',
-        color=COLOUR,
-        markersize=2.2,
-        alpha=0.35,
-        markeredgewidth=0.0,
-        rasterized=x.size > RASTER_ABOVE,
-    )
+    ax.plot(x, y, **RUN, rasterized=x.size > RASTER_ABOVE)
     groups = _groups(x) if x.size else []
     middle = [np.median(x[g]) for g in groups]
     low, median, high = (
@@ -117,9 +117,7 @@ def scatter(study, outcome):
     style.legend(
         figure,
         [
-            Line2D(
-                [], [], color=COLOUR, marker='o', linestyle='none', markersize=2.2, label='a run'
-            ),
+            Line2D([], [], label='a run', **RUN),
             Line2D(
                 [],
                 [],

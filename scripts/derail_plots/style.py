@@ -7,7 +7,7 @@ import textwrap
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter
 
 ONE_COLUMN = 3.5
 TWO_COLUMNS = 7.2
@@ -154,15 +154,39 @@ def signed(value, _position=None):
     return '0' if abs(value) < 1e-9 else f'{value:+.4g}'.replace('-', '\N{MINUS SIGN}')
 
 
+def plain_or_power(value, _position=None):
+    """Of ticks between decades: 300, 2·10⁶."""
+    power = math.floor(math.log10(value) + 1e-9)
+    if -4 < power < 5:
+        return number(value)
+    mantissa = number(value / 10.0**power)
+    return decade(value) if mantissa == '1' else f'{mantissa}·{decade(10.0**power)}'
+
+
+def _between_decades(low, high):
+    """Ticks of a logarithmic axis of less than three decades: as many as have room, two at least."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for steps in (range(1, 10), (1, 2, 3, 5), (1, 2, 5), (1, 3)):
+        ticks = [s * 10.0**p for p in powers for s in steps if low <= s * 10.0**p <= high]
+        if len(ticks) <= 5:
+            break
+    return ticks if len(ticks) > 1 else [t for t in MaxNLocator(4).tick_values(low, high) if low <= t <= high]
+
+
 def decade(value, _position=None):
     """Of logarithmic axes: 10⁷."""
     return '10' + str(round(math.log10(value))).translate(_RAISED)
 
 
 def logarithmic(ax):
-    """The x axis, without the mathematical typesetting that Matplotlib would use."""
+    """The x axis, once all is drawn, without the mathematical typesetting that Matplotlib would use."""
     ax.set_xscale('log')
-    ax.xaxis.set_major_formatter(decade)
+    low, high = ax.get_xlim()
+    if high < 1000.0 * low:
+        ax.xaxis.set_major_locator(FixedLocator(_between_decades(low, high)))
+        ax.xaxis.set_major_formatter(plain_or_power)
+    else:
+        ax.xaxis.set_major_formatter(decade)
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 
