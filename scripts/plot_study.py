@@ -37,7 +37,7 @@ OF_ALL_OUTCOMES = {
 }
 CAPTIONS = {
     'tornado': 'What the lowest and the highest value of each input do',
-    'overview': 'Change over the change of each input; points are set apart sideways',
+    'overview': 'Change over the change of each input',
     'beside': 'Change over the change of each input, two studies side by side',
     'bands': 'Change over the change of each input, with the 5\N{EN DASH}95 % band of the runs',
     'curves': 'Median and 5\N{EN DASH}95 % band of the runs over the inputs',

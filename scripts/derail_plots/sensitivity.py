@@ -7,7 +7,7 @@ from derail_plots import style
 from derail_plots.one_at_a_time import Scale, base_spread, detail, lines, probability_of_alike
 
 COLOUR = style.COLOURS[0]
-APART = 1.4  # % of the input by which points of different inputs are set apart sideways
+WIDEST = 3.2  # points; ranges at the same change of several inputs lie in each other, the widest at the bottom
 
 
 def _limits(some):
@@ -97,14 +97,13 @@ def _all_inputs(ax, study, outcome, scale):
     handles = []
     for i, line in enumerate(changes):
         look = style.series(i)
-        aside = (i - 0.5 * (len(changes) - 1)) * APART
-        xs = [0.0 if s.text == line.base_text else s.x + aside for s in line.known]
-        for x, s in zip(xs, line.known):
+        width = WIDEST - (WIDEST - 0.8) * i / max(1, len(changes) - 1)
+        for s in line.known:
             if s.text != line.base_text:
                 ax.vlines(
-                    x, scale(s.spread.low), scale(s.spread.high), color=look['color'], linewidth=0.8
+                    s.x, scale(s.spread.low), scale(s.spread.high), color=look['color'], linewidth=width
                 )
-        ax.plot(xs, [scale(s.spread.median) for s in line.known], **look)
+        ax.plot([s.x for s in line.known], [scale(s.spread.median) for s in line.known], **look)
         handles.append(Line2D([], [], label=line.factor.title, **look))
     if base.known:
         ax.plot(0.0, scale(base.median), 'o', color='black', markersize=5, zorder=5)

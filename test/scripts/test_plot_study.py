@@ -20,7 +20,7 @@ import numpy as np
 from plot_testing import KIP, PlotTest, refusal, run_tests, script
 
 import plot_study
-from derail_plots import one_at_a_time, sensitivity, study_data
+from derail_plots import one_at_a_time, sensitivity, study_data, style
 
 STUDIES = {
     'alone': """
@@ -233,6 +233,32 @@ class PlotStudyTest(PlotTest):
         }.items():
             for text in wanted:
                 self.assertIn(text, labels[name], name)
+
+    def test_logarithmic_axes_have_numbers_whatever_their_span(self):
+        for low, high, wanted in (
+            (240.0, 634.0, ['300', '400', '500', '600']),
+            (1.25, 20.0, ['2', '3', '5', '10', '20']),
+            (1.5e6, 8e6, ['2·10⁶', '3·10⁶', '5·10⁶']),
+            (1.1, 1.9, ['1.2', '1.4', '1.6', '1.8']),
+            (1e-3, 1e3, None),
+        ):
+            figure, (ax,) = style.panels(1, 1, style.ONE_COLUMN, 2.0)
+            ax.set_xlim(low, high)
+            style.logarithmic(ax)
+            figure.draw_without_rendering()
+            shown = [t.get_text() for t in ax.get_xticklabels()]
+            if wanted:
+                self.assertEqual(shown, wanted)
+            else:
+                self.assertTrue(all(t.startswith('10') for t in shown), shown)
+
+    def test_points_stand_at_their_inputs(self):
+        """Not beside them: both axes of an overview have a meaning."""
+        (ax,) = self.figures['overview_coupler_force_peak'].axes
+        drawn = [line for line in ax.lines if line.get_linestyle() != 'none' and len(line.get_xdata()) > 2]
+        self.assertEqual(len(drawn), 2)
+        np.testing.assert_allclose(drawn[0].get_xdata(), [-50, -20, 0, 50], atol=1e-6)
+        np.testing.assert_allclose(drawn[1].get_xdata(), [-50, 0, 20], atol=1e-6)
 
     def test_no_label_lies_on_another(self):
         for name, figure in self.figures.items():
