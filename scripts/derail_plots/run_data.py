@@ -27,6 +27,7 @@ COLUMNS = (
     'axial_force_N',
 )
 PEAKS = ('buff_peak_N', 'draft_peak_N')
+POSTURE = ('tilt_rad',)
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,8 @@ class States:
     # Largest magnitudes since the time before; None in tables of a version that did not know them.
     buff_peak_N: np.ndarray = None
     draft_peak_N: np.ndarray = None
+    # Angle of each car's vertical axis with the vertical; None if the table does not have it.
+    tilt_rad: np.ndarray = None
 
     @property
     def cars(self):
@@ -64,7 +67,9 @@ def read_states(path):
     missing = [c for c in COLUMNS if c not in header]
     if missing:
         raise DataError(f'{path}: no column {missing[0]}; not a table of `derail run --csv`')
-    columns = COLUMNS + (PEAKS if all(c in header for c in PEAKS) else ())
+    columns = COLUMNS
+    for more in (PEAKS, POSTURE):
+        columns += more if all(c in header for c in more) else ()
     for _ in range(2):  # every second of neighbouring empty fields is left over from the first pass
         text = text.replace(',,', ',nan,')
     try:
@@ -76,10 +81,10 @@ def read_states(path):
         )
     except ValueError as e:
         raise DataError(f'{path}: {e}') from None
-    return _shaped(path, table)
+    return _shaped(path, columns, table)
 
 
-def _shaped(path, table):
+def _shaped(path, names, table):
     cars = int(table[:, 1].max()) if table.size else 0
     if (
         cars < 1
@@ -87,8 +92,8 @@ def _shaped(path, table):
         or np.any(table[:, 1].reshape(-1, cars) != np.arange(1, cars + 1))
     ):
         raise DataError(f'{path}: not every time has all cars; was it written whole?')
-    columns = [table[:, i].reshape(-1, cars) for i in range(table.shape[1])]
-    return States(columns[0][:, 0], *columns[2:])
+    columns = {name: table[:, i].reshape(-1, cars) for i, name in enumerate(names[2:], 2)}
+    return States(table[::cars, 0], **columns)
 
 
 def scenario_in_si(scenario, overrides, derail):

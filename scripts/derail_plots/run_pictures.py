@@ -12,6 +12,10 @@ from derail_plots.run_data import FOOT, KIP
 
 OFF_TRACK = {'facecolor': '#56B4E9', 'edgecolor': 'black', 'linewidth': 0.5}
 ON_TRACK = {'facecolor': 'white', 'edgecolor': 'black', 'linewidth': 0.5}
+# How cars lie that are off the track, where it is known: the colours of the scene's "how cars lie", and hatches.
+ON_SIDE = {'facecolor': '#F0E442', 'edgecolor': 'black', 'linewidth': 0.5, 'hatch': '//////'}
+INVERTED = {'facecolor': '#D55E00', 'edgecolor': 'black', 'linewidth': 0.5, 'hatch': 'xxxxxx'}
+OVER, TURNED_OVER = np.radians(45.0), np.radians(135.0)  # as outcome::kOver and outcome::kInverted
 TRACK = {'color': '0.55', 'linewidth': 0.8, 'zorder': 0.5}
 DRAWN_LENGTH = 6.5  # inches of the page that the train has
 LEAST_HEIGHT = 0.45
@@ -20,6 +24,7 @@ PEAKS = (
     {'color': style.COLOURS[0], 'marker': 'o'},
     {'color': style.COLOURS[1], 'marker': 's', 'markerfacecolor': 'white'},
 )
+LEAVES = {'color': 'black', 'marker': 'o', 'markersize': 2.6, 'markeredgewidth': 0.0, 'linestyle': 'none'}
 STRAIGHT = 'straight'  # a track along y = 0
 TRACK_STEP = 5.0  # m
 APART = 4.0  # lengths of a car between two middles: they do not lie together
@@ -59,13 +64,26 @@ def track_under(states, tree):
     return run_data.centre_line(tree, np.arange(-reach, reach, TRACK_STEP)) / FOOT
 
 
-def _cars(ax, corners, off, track):
+def _postures(states):
+    """(label, look, mask of cars) of the cars on their side and inverted at the last time, if there are any."""
+    if states.tilt_rad is None:
+        return []
+    tilt = states.tilt_rad[-1]
+    found = [
+        ('car on its side', ON_SIDE, (tilt >= OVER) & (tilt <= TURNED_OVER)),
+        ('car inverted', INVERTED, tilt > TURNED_OVER),
+    ]
+    return [entry for entry in found if entry[2].any()]
+
+
+def _cars(ax, corners, off, postures, track):
     if track is STRAIGHT:
         ax.axhline(0.0, **TRACK)
     elif track is not None:
         ax.plot(*track.T, **TRACK, scalex=False, scaley=False)
     ax.axvline(0.0, color='black', linewidth=0.8, linestyle=style.DASHES[2], zorder=0.6)
-    for which, look in ((~off, ON_TRACK), (off, OFF_TRACK)):
+    looks = [(~off, ON_TRACK), (off, OFF_TRACK)] + [(which, look) for _, look, which in postures]
+    for which, look in looks:
         ax.add_collection(PolyCollection(list(corners[which]), **look))
     ax.set_aspect('equal')
     ax.grid(False)
@@ -116,6 +134,7 @@ def layout(states, lengths, widths, track, note):
     centre line in ft, STRAIGHT, or None: not drawn."""
     corners = _corners(states, lengths, widths, -1)
     off = states.off_track[-1] > 0
+    postures = _postures(states)
     margin = 0.3 * lengths.max() / FOOT
     windows = [_window(corners, margin)]
     shown = np.arange(states.cars)
@@ -130,7 +149,7 @@ def layout(states, lengths, widths, track, note):
     figure = style.new_figure(style.TWO_COLUMNS, sum(heights) + 0.32 * len(windows) + 0.6)
     axes = figure.subplots(len(windows), 1, squeeze=False, gridspec_kw={'height_ratios': heights})
     for ax, (x, y, _) in zip(axes[:, 0], windows):
-        _cars(ax, corners, off, track)
+        _cars(ax, corners, off, postures, track)
         ax.set(xlim=x, ylim=y, ylabel='ft')
         ax.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     axes[-1, 0].set_xlabel('along the track, from the point of derailment (ft)')
@@ -138,7 +157,8 @@ def layout(states, lengths, widths, track, note):
     style.legend(
         figure,
         [
-            Patch(label='car off the track', **OFF_TRACK),
+            Patch(label='other car off the track' if postures else 'car off the track', **OFF_TRACK),
+            *(Patch(label=label, **look) for label, look, _ in postures),
             Patch(label='car on the track', **ON_TRACK),
             Line2D(
                 [],
@@ -149,7 +169,7 @@ def layout(states, lengths, widths, track, note):
                 label='point of derailment',
             ),
         ],
-        3,
+        5 if postures else 3,
     )
     style.heading(
         figure,
@@ -189,7 +209,8 @@ def _map(ax, states, force):
         edges, np.arange(states.cars) + 0.5, pooled.T, cmap=DIVERGING, norm=norm, rasterized=True
     )
     number = np.arange(1, states.cars + 1)
-    ax.plot(_first(states.off_track > 0, states.time), number, color='black', linewidth=0.9)
+    # Neighbours do not leave it in their order: a line would zigzag.
+    ax.plot(_first(states.off_track > 0, states.time), number, **LEAVES)
     ax.plot(
         _first(states.past_pod > 0, states.time),
         number,
@@ -255,7 +276,7 @@ def forces(states):
     style.legend(
         figure,
         [
-            Line2D([], [], color='black', linewidth=0.9, label='car leaves the track'),
+            Line2D([], [], label='car leaves the track', **LEAVES),
             Line2D(
                 [],
                 [],

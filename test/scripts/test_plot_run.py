@@ -121,6 +121,29 @@ class PlotRunTest(PlotTest):
         for kind in ('forces', 'layout'):
             self.check_picture(self.path(f'space/space_{kind}.png'))
 
+    def test_cars_on_their_side_and_inverted_are_marked(self):
+        zero = np.zeros((1, 4))
+        x = np.array([[0.0, -20.0, -40.0, -60.0]])
+        tilt = np.radians([[2.0, 80.0, 170.0, 100.0]])
+        sizes = np.full(4, 17.0), np.full(4, 3.0)
+        arrays = (np.zeros(1), x, zero, zero, zero + 1, zero + 1, zero, zero)
+        for states, labels, drawn in (
+            (run_data.States(*arrays, tilt_rad=tilt), {'car on its side', 'car inverted'}, {'car on its side': 2, 'car inverted': 1}),
+            (run_data.States(*arrays, tilt_rad=0.0 * tilt), set(), {}),
+            (run_data.States(*arrays), set(), {}),
+        ):
+            figure = run_pictures.layout(states, *sizes, run_pictures.STRAIGHT, '')
+            texts = {t.get_text() for t in figure.legends[0].get_texts()}
+            self.assertEqual(texts & {'car on its side', 'car inverted'}, labels)
+            hatched = [c for c in figure.axes[-1].collections if c.get_hatch()]
+            self.assertEqual(sorted(len(c.get_paths()) for c in hatched), sorted(drawn.values()))
+
+    def test_points_at_which_cars_leave_the_track_are_not_joined(self):
+        figure = run_pictures.forces(self.states)
+        line = figure.legends[0].get_lines()[0]
+        self.assertEqual(line.get_linestyle(), 'None')
+        self.assertEqual([d.get_linestyle() for d in figure.axes[0].lines], ['None', '--'])
+
     def test_the_larger_view_is_of_what_lies_together_not_of_what_has_rolled_away(self):
         far = 20
         x = np.concatenate([[9000.0, 8980.0], np.arange(far) * -5.0, -150.0 - 20.0 * np.arange(30)])
