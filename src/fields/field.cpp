@@ -36,17 +36,30 @@ std::string reference_row(std::string_view name, const Unit& unit, std::string_v
                      also ? unit.shown : "-", meaning, choice.empty() ? "" : choice + ".");
 }
 
-std::string in_si(double value, const Unit& unit) {
+std::string number_in_si(double value, const Unit& unit) {
   const double number = value / unit.per_table_si;
-  const std::string digits = unit.table_powers ? fmt::format("{:.{}e}", number, unit.table_si_digits)
-                                               : fmt::format("{:.{}f}", number, unit.table_si_digits);
-  if (unit.si == "1") return digits;
-  return fmt::format("{} {}", digits, unit.table_si.empty() ? unit.si : unit.table_si);
+  return unit.table_powers ? fmt::format("{:.{}e}", number, unit.table_si_digits)
+                           : fmt::format("{:.{}f}", number, unit.table_si_digits);
+}
+
+std::string unit_in_si(const Unit& unit) {
+  if (unit.si == "1") return "";
+  return std::string(unit.table_si.empty() ? unit.si : unit.table_si);
+}
+
+std::string in_si(double value, const Unit& unit) {
+  const std::string name = unit_in_si(unit);
+  return name.empty() ? number_in_si(value, unit) : number_in_si(value, unit) + " " + name;
+}
+
+std::string number_in_shown(double value, const Unit& unit) {
+  if (unit.si == "1" || unit.shown.empty() || unit.shown == unit.si) return "";
+  return fmt::format("{:.{}f}", value / unit.per_shown, unit.shown_digits);
 }
 
 std::string in_shown(double value, const Unit& unit) {
-  if (unit.si == "1" || unit.shown.empty() || unit.shown == unit.si) return "";
-  return fmt::format("{:.{}f} {}", value / unit.per_shown, unit.shown_digits, unit.shown);
+  const std::string number = number_in_shown(value, unit);
+  return number.empty() ? "" : fmt::format("{} {}", number, unit.shown);
 }
 
 }  // namespace train_derail::fields

@@ -29,26 +29,12 @@ struct Share {
 };
 constexpr Share kShares[] = {{0.05, "small (5 %)"}, {0.5, "median"}, {0.95, "large (95 %)"}};
 
-/// The tree that these keys ("consist[1].count") and values make, as YAML; JSON is YAML too.
-std::string tree_of(const ordered_json& values) {
-  ordered_json flat;
-  for (const auto& [key, value] : values.items()) {
-    std::string pointer = "/";
-    for (const char c : key) {
-      if (c == '.' || c == '[') pointer += '/';
-      else if (c != ']') pointer += c;
-    }
-    flat[pointer] = value;
-  }
-  return flat.unflatten().dump();
-}
-
 /// The study, as far as its runs depend on it, from about.json.
 Study study_of(const Results& r) {
   Study study;
   study.title = r.study.at("title");
   const std::string path = in_folder(r.folder, "about.json");
-  study.base = inputs::read_scenario(inputs::load_text(tree_of(r.study.at("scenario")), path), path);
+  study.base = base_of(r);
   for (const Number& factor : r.factors) study.factors.emplace_back().key = factor.name;
   const ordered_json& p = r.study.at("perturbation");
   study.perturbation = study.base.initial.perturbation;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <map>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -17,7 +18,10 @@
 #include "train_derail/files/number.hpp"
 #include "train_derail/files/recognise.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/keys.hpp"
+#include "train_derail/inputs/units.hpp"
 #include "train_derail/outcome/outcome.hpp"
+#include "train_derail/study/statistics.hpp"
 #include "train_derail/study/study.hpp"
 
 namespace train_derail::study {
@@ -113,8 +117,8 @@ struct Cells {
 /// "14 (12.7 to 15.3)".
 std::string median_of(const Cells& cells, const Number& outcome) {
   // On the screen these cells do not break; on paper they may, after "to".
-  return fmt::format("{} ({}{}to {})", outcome.number(cells["median"]), outcome.number(cells["q05"]), kSpace,
-                     outcome.number(cells["q95"]));
+  return fmt::format("{} ({}{}to {})", outcome.number(cells["median"]), outcome.number(cells["low"]), kSpace,
+                     outcome.number(cells["high"]));
 }
 
 /// The cells that identify a point: the input that was changed, or all inputs.
@@ -164,8 +168,29 @@ ordered_json chart(const Number& outcome, const char* kind, const std::string& a
           {"note", note},         {"whole", false}, {"reference", nullptr}, {"rows", ordered_json::array()}};
 }
 
+/// What the ranges of all points are: "lowest to highest of 7 runs", "5 to 95 % of 24 to 25 runs".
+std::string ranges_of(const Results& r) {
+  std::map<std::string, std::pair<std::size_t, std::size_t>> kinds;  // least and most runs
+  for (const Row& row : r.summary.rows) {
+    const Cells cells{r.summary, row};
+    const auto runs = static_cast<std::size_t>(files::number<double>(cells["runs"]).value_or(0.0));
+    if (runs == 0) continue;
+    auto& [least, most] = kinds.try_emplace(cells["range"], runs, runs).first->second;
+    least = std::min(least, runs);
+    most = std::max(most, runs);
+  }
+  std::string words;
+  for (const auto& [kind, runs] : kinds) {
+    const auto& [least, most] = runs;
+    const std::string count = least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most);
+    words += fmt::format("{}{} of {} runs", words.empty() ? "" : "; ", kind, count);
+  }
+  return words;
+}
+
 /// The table of all points, and a chart of each outcome over them.
 ordered_json by_point(const Results& r, ordered_json& charts) {
+  const std::string range = ranges_of(r);
   ordered_json columns = ordered_json::array();
   if (r.one_at_a_time() && !r.factors.empty())
     columns = {column("input", false), column("value", true), column("change", true)};
@@ -177,7 +202,7 @@ ordered_json by_point(const Results& r, ordered_json& charts) {
   for (const Number& outcome : r.outcomes) {
     columns.push_back(column(outcome.label(), true));
     charts.push_back(chart(outcome, "ranges", outcome.label(),
-                           "Dot: median. Box: 25 to 75 % of the runs. Line: 5 to 95 %." +
+                           "Dot: median. Box: 25 to 75 % of the runs. Line: " + range + "." +
                                std::string(r.one_at_a_time() ? " Dashed: median of the base." : "")));
   }
 
@@ -200,10 +225,10 @@ ordered_json by_point(const Results& r, ordered_json& charts) {
     if (!std::isfinite(median)) continue;
     ordered_json identity_cells(rows.back().begin(), rows.back().begin() + static_cast<std::ptrdiff_t>(identity));
     const std::string label = words_of(identity_cells, r.one_at_a_time());
-    ordered_json bar =
-        range_row(label, outcome.shown(cells["q05"]), median, outcome.shown(cells["q95"]),
-                  fmt::format("{}: median {}, 5 to 95 %: {}{}{}, {} runs", label, outcome.text(cells["median"]),
-                              outcome.text(cells["q05"]), kTo, outcome.text(cells["q95"]), cells["runs"]));
+    ordered_json bar = range_row(
+        label, outcome.shown(cells["low"]), median, outcome.shown(cells["high"]),
+        fmt::format("{}: median {}, {} of {} runs: {}{}{}", label, outcome.text(cells["median"]), cells["range"],
+                    cells["runs"], outcome.text(cells["low"]), kTo, outcome.text(cells["high"])));
     bar["box"] = {outcome.shown(cells["q25"]), outcome.shown(cells["q75"])};
     charts[place]["rows"].push_back(bar);
     if (r.one_at_a_time() && charts[place]["rows"].size() == 1) charts[place]["reference"] = median;
@@ -211,7 +236,7 @@ ordered_json by_point(const Results& r, ordered_json& charts) {
   for (ordered_json& row : rows) {
     while (row.size() < columns.size()) row.push_back(cell(""));
   }
-  return section("outcomes", "Outcomes", "Median of the runs of each point; in brackets the range from 5 to 95 %.",
+  return section("outcomes", "Outcomes", fmt::format("Median of the runs of each point; in brackets: {}.", range),
                  columns, rows);
 }
 
@@ -280,24 +305,30 @@ ordered_json histogram(const Number& outcome, const Bars& bars, const Extent& ex
 
 /// The table over all runs, and a histogram of each outcome.
 ordered_json over_all(const Results& r, ordered_json& charts) {
-  constexpr std::pair<const char*, const char*> kColumns[] = {
-      {"median", "median"},        {"q05", "5 %"}, {"q95", "95 %"}, {"q25", "25 %"}, {"q75", "75 %"}, {"mean", "mean"},
-      {"sd", "standard deviation"}};
+  const bool quantiles = is_quantile_range(static_cast<std::size_t>(r.runs) - r.failed);
+  const std::pair<const char*, const char*> columns_of[] = {{"median", "median"},
+                                                            {"low", quantiles ? "5 %" : "lowest"},
+                                                            {"high", quantiles ? "95 %" : "highest"},
+                                                            {"q25", "25 %"},
+                                                            {"q75", "75 %"},
+                                                            {"mean", "mean"},
+                                                            {"sd", "standard deviation"}};
   ordered_json columns = ordered_json::array({column("outcome", false)}), rows = ordered_json::array();
-  for (const auto& [name, title] : kColumns) columns.push_back(column(title, true));
+  for (const auto& [name, title] : columns_of) columns.push_back(column(title, true));
   const std::vector<Bars> bars = histograms(r);
   for (const Row& row : r.summary.rows) {
     const Cells cells{r.summary, row};
     const std::size_t place = rows.size();
     const Number& outcome = r.outcomes.at(place);
     rows.push_back(ordered_json::array({cell(outcome.label())}));
-    for (const auto& [name, title] : kColumns)
+    for (const auto& [name, title] : columns_of)
       rows.back().push_back(cell(outcome.number(cells[name]), outcome.shown(cells[name])));
     if (r.extents[place].values == 0) continue;
     charts.push_back(histogram(outcome, bars[place], r.extents[place]));
     charts.back()["reference"] = outcome.shown(cells["median"]);
   }
-  return section("outcomes", "Outcomes", "", columns, rows);
+  return section("outcomes", "Outcomes", fmt::format("Of {} runs.", static_cast<std::size_t>(r.runs) - r.failed),
+                 columns, rows);
 }
 
 /// Indices of the plan saltelli, and a chart of each outcome.
@@ -362,9 +393,28 @@ ordered_json origin(const Results& r) {
   return facts;
 }
 
+/// A value with its unit, and in the one that people read: "1868253.08 N; 420 kip", as derail check has it.
+std::string with_unit(const inputs::KeyValue& v, const std::string& value) {
+  std::string text = value;
+  if (v.unit.empty() || v.unit == "1") return text;
+  text += " " + v.unit;
+  if (const auto si = files::number<double>(value); si && !v.shown_unit.empty())
+    text += fmt::format("; {:.6g} {}", inputs::from_si(*si, v.unit, v.shown_unit), v.shown_unit);
+  return text;
+}
+
 ordered_json scenario(const Results& r) {
+  std::map<std::string, inputs::KeyValue> known;
+  try {
+    for (inputs::KeyValue& v : inputs::key_values(base_of(r))) known[v.key] = v;
+  } catch (const inputs::InputError&) {  // of another version: its values stand alone, as they are in about.json
+  }
   ordered_json facts = ordered_json::array();
-  for (const auto& [key, value] : r.study.at("scenario").items()) facts.push_back(fact(key, value.get<std::string>()));
+  for (const auto& [key, value] : r.study.at("scenario").items()) {
+    const auto found = known.find(key);
+    const auto text = value.get<std::string>();
+    facts.push_back(fact(key, found == known.end() ? text : with_unit(found->second, text)));
+  }
   return facts;
 }
 

@@ -11,6 +11,7 @@
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/number.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/inputs/reader.hpp"
 #include "train_derail/outcome/outcome.hpp"
 #include "train_derail/study/study.hpp"
 
@@ -43,7 +44,9 @@ std::string Number::label() const { return shown_unit.empty() ? title : fmt::for
 
 std::size_t Table::column(const std::string& name) const {
   const auto place = std::find(names.begin(), names.end(), name);
-  if (place == names.end()) throw inputs::InputError(path + ":1", name, "", "missing column", "");
+  if (place == names.end())
+    throw inputs::InputError(path + ":1", name, "", "missing column",
+                             "derail study FILE --resume writes this table anew");
   return static_cast<std::size_t>(place - names.begin());
 }
 
@@ -53,6 +56,20 @@ bool Results::by_point() const { return one_at_a_time() || study.at("plan") == t
 std::string in_folder(const std::string& folder, const char* name) { return (fs::path(folder) / name).string(); }
 
 namespace {
+
+/// The tree that these keys ("consist[1].count") and values make, as YAML; JSON is YAML too.
+std::string tree_of(const ordered_json& values) {
+  ordered_json flat;
+  for (const auto& [key, value] : values.items()) {
+    std::string pointer = "/";
+    for (const char c : key) {
+      if (c == '.' || c == '[') pointer += '/';
+      else if (c != ']') pointer += c;
+    }
+    flat[pointer] = value;
+  }
+  return flat.unflatten().dump();
+}
 
 Number number_of(const ordered_json& about, const std::string& name) {
   const ordered_json& c = about.at("columns").at(name);
@@ -117,6 +134,11 @@ void read_runs(Results& r) {
 }
 
 }  // namespace
+
+inputs::Scenario base_of(const Results& r) {
+  const std::string path = in_folder(r.folder, "about.json");
+  return inputs::read_scenario(inputs::load_text(tree_of(r.study.at("scenario")), path), path);
+}
 
 Results read_results(const std::string& folder) {
   std::error_code error;

@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "train_derail/inputs/scenario.hpp"
+
 namespace train_derail::study {
 
 using Row = std::vector<std::string>;
@@ -74,6 +76,8 @@ struct Results {
 /// Most failed runs that Results::failures holds.
 inline constexpr std::size_t kFailedShown = 100;
 
+/// Returns the base scenario of the study. Throws inputs::InputError if this version cannot read it.
+inputs::Scenario base_of(const Results& results);
 /// Returns the path of a file in a folder.
 std::string in_folder(const std::string& folder, const char* name);
 /// Reads the results in a folder. A table that was changed since it was written (its checksum in about.json differs)

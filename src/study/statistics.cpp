@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include <fmt/format.h>
 #include <boost/math/statistics/univariate_statistics.hpp>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
@@ -51,7 +52,7 @@ double quantile(const std::vector<double>& sorted, double p) {
 Spread spread(std::vector<double> sample) {
   Spread s;
   s.count = sample.size();
-  if (sample.empty()) return {0, kNone, kNone, kNone, kNone, kNone, kNone, kNone};
+  if (sample.empty()) return {0, kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone};
   std::sort(sample.begin(), sample.end());
   s.mean = boost::math::statistics::mean(sample);
   s.sd = sample.size() > 1 ? std::sqrt(boost::math::statistics::sample_variance(sample)) : kNone;
@@ -60,7 +61,16 @@ Spread spread(std::vector<double> sample) {
   s.median = quantile(sample, 0.5);
   s.q75 = quantile(sample, 0.75);
   s.q95 = quantile(sample, 0.95);
+  const bool quantiles = is_quantile_range(s.count);
+  s.low = quantiles ? s.q05 : sample.front();
+  s.high = quantiles ? s.q95 : sample.back();
   return s;
+}
+
+std::string range_kind(std::size_t runs) { return is_quantile_range(runs) ? "5 to 95 %" : "lowest to highest"; }
+
+std::string range_words(std::size_t runs) {
+  return fmt::format("{} of {} {}", range_kind(runs), runs, runs == 1 ? "run" : "runs");
 }
 
 PredictiveRanks predictive_ranks(std::size_t n, double share) {

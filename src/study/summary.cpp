@@ -16,6 +16,7 @@
 #include "train_derail/files/csv.hpp"
 #include "train_derail/files/output_file.hpp"
 #include "train_derail/inputs/units.hpp"
+#include "train_derail/outcome/fields.hpp"
 #include "train_derail/outcome/quantities.hpp"
 #include "train_derail/outcome/report.hpp"
 #include "train_derail/study/journal.hpp"
@@ -222,7 +223,7 @@ std::vector<PointSpread> spreads(const std::string& folder, const Study& study, 
 Totals write_summary(const std::string& folder, const Study& study, const std::atomic<bool>* stop) {
   const Runs runs = read_runs(folder, study, stop);
   files::OutputFile file(in(folder, "summary.csv"), files::Existing::replace);
-  file.stream() << "point,name,outcome,unit,runs,failed,mean,sd,q05,q25,median,q75,q95\n";
+  file.stream() << "point,name,outcome,unit,runs,failed,mean,sd,q05,q25,median,q75,q95,low,high,range\n";
   for_each_cell(runs, study, stop, [&](const PointSpread& c) {
     const Spread& s = c.spread;
     std::vector<std::string> fields{fmt::format("{}", c.point),
@@ -231,8 +232,9 @@ Totals write_summary(const std::string& folder, const Study& study, const std::a
                                     std::string(quantity(c.outcome).unit),
                                     fmt::format("{}", s.count),
                                     fmt::format("{}", c.failed)};
-    for (const double value : {s.mean, s.sd, s.q05, s.q25, s.median, s.q75, s.q95})
+    for (const double value : {s.mean, s.sd, s.q05, s.q25, s.median, s.q75, s.q95, s.low, s.high})
       fields.push_back(fmt::format("{}", value));
+    fields.push_back(range_kind(s.count));
     file.stream() << files::csv_row(fields) << "\n";
   });
   file.commit();
@@ -270,6 +272,30 @@ Totals write_results(const std::string& folder, const Study& study, double wall_
   return totals;
 }
 
+namespace {
+
+/// Median and range of an outcome as a table prints them, and their unit.
+struct SpreadTexts {
+  std::string median, range, unit;
+};
+
+/// In the units and with the digits of the table of a single run. A median of counts may lie between two of them.
+SpreadTexts texts_of(const Spread& s, const fields::Unit& unit, bool shown) {
+  const bool pure = unit.si == "1" && !unit.table_powers;
+  const auto number = [&](double value) {
+    if (pure) return fmt::format("{:.4g}", value);
+    const std::string text = shown ? fields::number_in_shown(value, unit) : "";
+    return text.empty() ? fields::number_in_si(value, unit) : text;
+  };
+  const bool converted = pure || (shown && !fields::number_in_shown(s.median, unit).empty());
+  return {number(s.median), fmt::format("{} to {}", number(s.low), number(s.high)),
+          converted ? std::string(unit.shown) : fields::unit_in_si(unit)};
+}
+
+const fields::Unit& unit_of(const std::string& outcome) { return outcome::outcome_fields().find(outcome)->unit; }
+
+}  // namespace
+
 std::string to_table(const std::string& folder, const Study& study) {
   constexpr std::int64_t kPointsShown = 500;
   const Runs runs = read_runs(folder, study, nullptr);
@@ -277,12 +303,13 @@ std::string to_table(const std::string& folder, const Study& study) {
   for_each_cell(runs, study, nullptr, [&](const PointSpread& c) {
     if (c.point >= kPointsShown) return;
     if (c.outcome == study.outcomes.front()) {
-      text += fmt::format("{} ({} runs{})\n", c.name, c.spread.count,
-                          c.failed > 0 ? fmt::format(", {} failed", c.failed) : "");
+      text += fmt::format("{} (median, {}{})\n", c.name, range_words(c.spread.count),
+                          c.failed > 0 ? fmt::format("; {} failed", c.failed) : "");
     }
     const outcome::Quantity& q = quantity(c.outcome);
-    text += fmt::format("    {:<38}{:>9.4g} {:<5} 5-95 %: {:.4g} to {:.4g}\n", q.title, c.spread.median / q.per_shown,
-                        q.shown_unit, c.spread.q05 / q.per_shown, c.spread.q95 / q.per_shown);
+    const SpreadTexts t = texts_of(c.spread, unit_of(c.outcome), true);
+    const std::string unit = t.unit.empty() ? "" : " " + t.unit;
+    text += fmt::format("    {:<42}{:>12}{:<10}{}{}\n", q.title, t.median, unit, t.range, unit);
   });
   if (by_point(study) && run_count(study) / study.replicates > kPointsShown) {
     text += fmt::format("... and {} points more in summary.csv\n", run_count(study) / study.replicates - kPointsShown);
@@ -312,17 +339,17 @@ Runs runs_of(const Study& study, const std::vector<outcome::Outcome>& outcomes) 
 std::string ensemble_table(const Study& study, const std::vector<outcome::Outcome>& outcomes) {
   const Runs runs = runs_of(study, outcomes);
   const Totals totals = totals_of(runs, study);
-  std::string text = fmt::format("{} runs{}, each with a seed of its own\n{:<42}{:>11}  {:<25}{:>11}  {}\n",
-                                 totals.runs, totals.failed > 0 ? fmt::format(", {} failed", totals.failed) : "", "",
-                                 "median", "   5 to 95 %", "median", "   5 to 95 %");
+  const auto counted = static_cast<std::size_t>(totals.runs - totals.failed);
+  std::string text =
+      fmt::format("{} runs{}, each with a seed of its own: median, {}\n", totals.runs,
+                  totals.failed > 0 ? fmt::format(", {} failed", totals.failed) : "", range_words(counted));
   for_each_cell(runs, study, nullptr, [&](const PointSpread& c) {
     const outcome::Quantity& q = quantity(c.outcome);
-    const auto range = [&](double per_unit, std::string_view unit) {
-      return fmt::format("{:>11.4g}  {:<25}", c.spread.median / per_unit,
-                         fmt::format("{:.4g} to {:.4g} {}", c.spread.q05 / per_unit, c.spread.q95 / per_unit, unit));
+    const auto range = [&](bool shown) {
+      const SpreadTexts t = texts_of(c.spread, unit_of(c.outcome), shown);
+      return fmt::format("{:>11}  {:<28}", t.median, t.unit.empty() ? t.range : t.range + " " + t.unit);
     };
-    std::string line = fmt::format("{:<42}", q.title) + range(1.0, q.unit == "1" ? q.shown_unit : q.unit) +
-                       (q.per_shown == 1.0 ? "" : range(q.per_shown, q.shown_unit));
+    std::string line = fmt::format("{:<44}", q.title) + range(false) + (q.per_shown == 1.0 ? "" : range(true));
     text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
   });
   for (const std::string& warning : totals.warnings) text += "warning: " + warning + "\n";
@@ -345,7 +372,10 @@ std::string ensemble_json(const Study& study, const std::vector<outcome::Outcome
                                 {"q25", s.q25},
                                 {"median", s.median},
                                 {"q75", s.q75},
-                                {"q95", s.q95}};
+                                {"q95", s.q95},
+                                {"low", s.low},
+                                {"high", s.high},
+                                {"range", range_kind(s.count)}};
   });
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     if (outcomes[i].ended != outcome::Ended::running)

@@ -101,14 +101,21 @@ TEST_F(ReportTest, NumbersAreThoseOfTheRunsInUnitsThatPeopleRead) {
   const std::string nbsp = "\u00A0";
   EXPECT_EQ(outcomes.at("columns").at(6).at("title"), "peak coupler force (kip)");
   const ordered_json& cell = outcomes.at("rows").at(0).at(6);
-  EXPECT_EQ(cell.at("text"),
-            fmt::format("{:.4g} ({:.4g}{}to{}{:.4g})", spread.median, spread.q05, nbsp, nbsp, spread.q95));
+  EXPECT_EQ(cell.at("text"), fmt::format("{:.4g} ({:.4g}{}to {:.4g})", spread.median, spread.low, nbsp, spread.high));
   EXPECT_NEAR(cell.at("value").get<double>(), spread.median, 1e-12 * spread.median);
   const std::vector<std::string> faster = texts(outcomes.at("rows").at(2));
   EXPECT_EQ(std::vector<std::string>(faster.begin(), faster.begin() + 5),
             (std::vector<std::string>{"<b>speed</b>", "30" + nbsp + "mph", "+50" + nbsp + "%", "3", "0"}));
   EXPECT_EQ(outcomes.at("rows").at(2).at(1).at("value"), 30.0) << "sorted by the number in the unit that is shown";
   EXPECT_EQ(j.at("facts").at(1).at(1), "9, of which failed: 0");
+
+  EXPECT_EQ(outcomes.at("note"), "Median of the runs of each point; in brackets: lowest to highest of 3 runs.");
+  const ordered_json scenario = j.at("scenario");
+  const auto weight = std::find_if(scenario.begin(), scenario.end(),
+                                   [](const ordered_json& fact) { return fact.at(0) == "consist[0].weight"; });
+  ASSERT_NE(weight, scenario.end());
+  EXPECT_NE(weight->at(1).get<std::string>().find(" N; "), std::string::npos) << *weight;
+  EXPECT_NE(weight->at(1).get<std::string>().find(" kip"), std::string::npos) << *weight;
 
   const ordered_json& chart = j.at("charts").at(1);
   EXPECT_EQ(chart.at("name"), "coupler_force_peak");
@@ -119,7 +126,7 @@ TEST_F(ReportTest, NumbersAreThoseOfTheRunsInUnitsThatPeopleRead) {
     EXPECT_NEAR(number.get<double>(), expected, 1e-12 * expected);
   };
   near(chart.at("reference"), spread.median);
-  near(chart.at("rows").at(0).at("low"), spread.q05);
+  near(chart.at("rows").at(0).at("low"), spread.low);
   near(chart.at("rows").at(0).at("dot"), spread.median);
   near(chart.at("rows").at(0).at("box").at(1), spread.q75);
 }
@@ -133,7 +140,7 @@ TEST_F(ReportTest, FailedRunsStandWithTheirReason) {
   for (const ordered_json& row : failed.at("rows"))
     EXPECT_NE(texts(row).back().find("solver.steps_max = 20"), std::string::npos);
   const ordered_json none_left = section(j, "outcomes").at("rows").at(1).back();
-  EXPECT_EQ(none_left.at("text"), "\u2013 (\u2013\u00A0to\u00A0\u2013)");
+  EXPECT_EQ(none_left.at("text"), "\u2013 (\u2013\u00A0to \u2013)");
   EXPECT_TRUE(none_left.at("value").is_null());
   EXPECT_EQ(j.dump().find("nan"), std::string::npos);
   EXPECT_EQ(j.at("charts").at(0).at("rows").size(), 1U) << "nothing is drawn of a point without runs";

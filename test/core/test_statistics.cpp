@@ -29,6 +29,20 @@ TEST(Statistics, QuantilesOfAKnownSample) {
   EXPECT_TRUE(std::isnan(study::spread({1.0}).sd));
 }
 
+TEST(Statistics, OfFewRunsTheRangeIsFromTheLowestToTheHighest) {
+  std::vector<double> sample;
+  for (int i = 0; i < 19; ++i) sample.push_back(i);
+  EXPECT_EQ(study::spread(sample).low, 0.0);
+  EXPECT_EQ(study::spread(sample).high, 18.0);
+  EXPECT_EQ(study::range_words(19), "lowest to highest of 19 runs");
+  sample.push_back(19);
+  const study::Spread s = study::spread(sample);
+  EXPECT_EQ(s.low, s.q05);
+  EXPECT_EQ(s.high, s.q95);
+  EXPECT_EQ(study::range_words(20), "5 to 95 % of 20 runs");
+  EXPECT_TRUE(std::isnan(study::spread({}).low));
+}
+
 // A real value drawn as the members are lies between their ranks as often as the header says, whatever the
 // distribution.
 TEST(Statistics, PredictiveIntervalHoldsTheShareThatItsRanksSay) {

@@ -210,7 +210,9 @@ TEST_F(StudyRuns, AnEnsembleByTheCommandLine) {
   ASSERT_EQ(table.code, 0) << table.out;
   EXPECT_NE(table.out.find("7 runs, each with a seed of its own"), std::string::npos) << table.out;
   EXPECT_NE(table.out.find("kip"), std::string::npos);
-  EXPECT_NE(table.out.find(" N "), std::string::npos) << "SI beside it";
+  EXPECT_NE(table.out.find(" kN "), std::string::npos) << "SI beside it, in the units of a single run's table";
+  EXPECT_EQ(table.out.find("e+0"), std::string::npos) << "no powers of ten: " << table.out;
+  EXPECT_NE(table.out.find("lowest to highest of 7 runs"), std::string::npos) << "too few for quantiles: " << table.out;
   const std::vector<std::string> runs = test::lines_of(text_of(folder_ / "runs.csv"));
   ASSERT_EQ(runs.size(), 8U);
   EXPECT_EQ(runs[0].find("run,point,replicate,seed,cars_past_pod,"), 0U);

@@ -100,7 +100,7 @@ class ReportPageTest(PageTest):
         for element, row in zip(shown, rows):
             ActionChains(self.browser).move_to_element(element.find_element(By.CLASS_NAME, 'dot')).perform()
             self.assertIn(f"median {float(row['median']) / KIP:.4g} kip", readout.text)
-            self.assertIn(f"{float(row['q05']) / KIP:.4g} kip to {float(row['q95']) / KIP:.4g}", readout.text)
+            self.assertIn(f"{float(row['low']) / KIP:.4g} kip to {float(row['high']) / KIP:.4g}", readout.text)
         # Dots lie on the axis where their numbers are.
         ticks = [(float(t.text), t.rect['x'] + t.rect['width'] / 2) for t in chart.find_elements(By.CSS_SELECTOR, '.foot text')]
         (a, xa), (b, xb) = ticks[0], ticks[-1]

@@ -171,8 +171,14 @@ class Fields {
 std::string text(const Value& value, const std::vector<std::string_view>& names);
 /// Returns the name of a column of CSV. It ends with the SI unit if there is one: "gap_m", "moment_lead_N_m".
 std::string column(std::string_view name, const Unit& unit);
+/// Returns a number as tables print it in SI units, without its unit: "12.34".
+std::string number_in_si(double value, const Unit& unit);
+/// Returns the unit of these numbers, "m/s" or "kN"; empty for pure numbers.
+std::string unit_in_si(const Unit& unit);
 /// Returns a number as tables print it in SI units, "12.34 m/s"; a pure number without a unit.
 std::string in_si(double value, const Unit& unit);
+/// Returns a number in the unit that people read, without it; empty if that is the SI unit, and for pure numbers.
+std::string number_in_shown(double value, const Unit& unit);
 /// The same in the unit that people read, "27.6 mph"; empty if that is the SI unit, and for pure numbers.
 std::string in_shown(double value, const Unit& unit);
 

@@ -18,7 +18,17 @@ struct Spread {
       median = 0.0,       ///< 50 % quantile
       q75 = 0.0,          ///< 75 % quantile
       q95 = 0.0;          ///< 95 % quantile
+  double low = 0.0,       ///< lower end of the range that is shown, see is_quantile_range()
+      high = 0.0;         ///< upper end
 };
+
+/// Returns whether the range that is shown of so many runs is from the 5 to the 95 % quantile. Of fewer than 20 runs
+/// these lie between the outermost two and say no more than they do: then it is from the lowest to the highest.
+constexpr bool is_quantile_range(std::size_t runs) { return runs >= 20; }
+/// Returns what the range is: "5 to 95 %", "lowest to highest".
+std::string range_kind(std::size_t runs);
+/// Returns the same with the number of runs: "5 to 95 % of 200 runs", "lowest to highest of 7 runs".
+std::string range_words(std::size_t runs);
 
 /// Returns the quantile for the share `p` in [0, 1], by linear interpolation between the values (type 7 of Hyndman and
 /// Fan 1996). `sorted` must be in rising order and not empty.

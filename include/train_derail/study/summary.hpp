@@ -50,11 +50,12 @@ void write_about(const std::string& folder, const Study& study, const Totals& to
 Totals write_results(const std::string& folder, const Study& study, double wall_time,
                      const std::atomic<bool>* stop = nullptr);
 
-/// Returns the table that is printed after a study: medians and 5 to 95 % ranges in mph, kip and ft. Throws as
+/// Returns the table that is printed after a study: medians and ranges (range_words()) in mph, kip and ft. Throws as
 /// write_summary() does.
 std::string to_table(const std::string& folder, const Study& study);
 
-/// Returns the table of an ensemble of one scenario (see ensemble_of()), SI units beside mph, kip and ft. `outcomes`
+/// Returns the table of an ensemble of one scenario (see ensemble_of()), the SI units of the table of a single
+/// run beside mph, kip and ft. `outcomes`
 /// are in the order of the runs; those with Ended::running are left out.
 std::string ensemble_table(const Study& study, const std::vector<outcome::Outcome>& outcomes);
 /// Returns the same as JSON in SI units: runs, failed runs, warnings, spread of each outcome.
