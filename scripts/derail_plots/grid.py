@@ -16,7 +16,7 @@ def _panels(study):
 
 
 def _curve(ax, study, outcome, points, look):
-    """Median and 5-95 % band over the first input."""
+    """Median and range of the runs over the first input."""
     first = study.factors[0]
     known = [(study.points[p][first.name], study.spread(p, outcome)) for p in points]
     known = [(x, s) for x, s in known if s.known]
@@ -64,7 +64,7 @@ def curves(study, outcome):
         for i, second in enumerate(seconds)
     ]
     colour = style.COLOURS[0] if len(seconds) == 1 else '0.5'
-    handles.append(Patch(facecolor=colour, alpha=0.22, label='5\N{EN DASH}95 % of runs'))
+    handles.append(Patch(facecolor=colour, alpha=0.22, label=study.ranges))
     style.legend(figure, handles, 2 if columns == 1 else 4)
     style.side_label(figure, outcome.label)
     style.heading(figure, outcome.title, study.counted)

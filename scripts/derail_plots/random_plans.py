@@ -50,14 +50,14 @@ def _histogram(ax, outcome, values, spread):
     number = style.number
     ax.set_title(
         f'median {number(spread.median)}; '
-        f'5\N{EN DASH}95 %: {number(spread.low)} to {number(spread.high)}'
+        f'{spread.kind}: {number(spread.low)} to {number(spread.high)}'
     )
     ax.set_xlabel(outcome.label)
     ax.set_ylabel('runs')
 
 
 def distributions(study):
-    """A histogram an outcome, with median and 5-95 % range."""
+    """A histogram an outcome, with median and range."""
     figure, axes = style.panels(len(study.outcomes), 2, style.TWO_COLUMNS, 1.75)
     for ax, outcome in zip(axes, study.outcomes):
         _histogram(ax, outcome, study.samples[outcome.name], study.spread(-1, outcome))
@@ -65,7 +65,7 @@ def distributions(study):
         figure,
         [
             Line2D([], [], color='black', label='median'),
-            Line2D([], [], color='black', linestyle=style.DASHES[1], label='5 % and 95 %'),
+            Line2D([], [], color='black', linestyle=style.DASHES[1], label=f'ends of: {study.ranges}'),
         ],
         2,
     )

@@ -53,7 +53,7 @@ def _base_band(ax, base, scale):
 
 
 def bands(study, outcome):
-    """One panel an input: median and 5-95 % band, and the base's own band for comparison."""
+    """One panel an input: median and range of the runs, and the base's own band for comparison."""
     all_lines = lines(study, outcome)
     base = base_spread(study, outcome)
     scale = Scale(outcome, base)
@@ -75,8 +75,8 @@ def bands(study, outcome):
         figure,
         [
             Line2D([], [], color=COLOUR, marker='o', label='median'),
-            Patch(facecolor=COLOUR, alpha=0.25, label='5\N{EN DASH}95 % of runs'),
-            Patch(label='5\N{EN DASH}95 % of runs at the base', **style.BASE_BAND),
+            Patch(facecolor=COLOUR, alpha=0.25, label=study.ranges),
+            Patch(label=f'{base.words} at the base', **style.BASE_BAND),
         ],
         3,
     )
@@ -123,10 +123,10 @@ def _all_inputs(ax, study, outcome, scale):
             marker='|',
             linestyle='none',
             markersize=9,
-            label='5\N{EN DASH}95 % of runs',
+            label=study.ranges,
         )
     )
-    handles.append(Patch(label='5\N{EN DASH}95 % at the base', **style.BASE_BAND))
+    handles.append(Patch(label=f'{base.words} at the base', **style.BASE_BAND))
     return handles
 
 

@@ -51,6 +51,12 @@ class Spread:
     low: float
     median: float
     high: float
+    kind: str = ''  # what `low` and `high` are: '5 to 95 %', or of few runs 'lowest to highest'
+
+    @property
+    def words(self):
+        """'lowest to highest of 7 runs'."""
+        return f'{self.kind} of {self.runs} run{"" if self.runs == 1 else "s"}'
 
     @property
     def known(self):
@@ -83,6 +89,16 @@ class Study:
         if self.plan in ('one_at_a_time', 'grid'):
             text += f', {self.replicates} a point'
         return text + (f', {self.failed} failed' if self.failed else '')
+
+    @property
+    def ranges(self):
+        """What the ranges of all points are: 'lowest to highest of 7 runs', '5 to 95 % of 24 to 25 runs'."""
+        kinds = {}
+        for spread in self.spreads.values():
+            if spread.known:
+                kinds.setdefault(spread.kind, set()).add(spread.runs)
+        counts = {kind: f'{min(runs)} to {max(runs)}' if len(runs) > 1 else f'{min(runs)}' for kind, runs in kinds.items()}
+        return '; '.join(f'{kind} of {count} runs' for kind, count in counts.items())
 
     def spread(self, point, outcome):
         return self.spreads.get((point, outcome.name), Spread(0, math.nan, math.nan, math.nan))
@@ -168,13 +184,13 @@ def _read_summary(study, folder):
     for row in _rows(
         folder,
         'summary.csv',
-        ['point', 'outcome', 'runs', 'q05', 'median', 'q95'],
+        ['point', 'outcome', 'runs', 'low', 'median', 'high', 'range'],
         '`derail study`',
     ):
         column = outcomes.get(row['outcome'])
         if column:
             study.spreads[int(row['point']), column.name] = Spread(
-                int(row['runs']), *(column.shown(row[q]) for q in ('q05', 'median', 'q95'))
+                int(row['runs']), *(column.shown(row[q]) for q in ('low', 'median', 'high')), row['range']
             )
 
 

@@ -64,9 +64,9 @@ def tornado(study, outcome):
             Patch(label='lowest input', **LOW),
             Patch(label='highest input', **HIGH),
             Line2D(
-                [], [], color='black', marker='|', linewidth=0.9, label='5\N{EN DASH}95 % of runs'
+                [], [], color='black', marker='|', linewidth=0.9, label=study.ranges
             ),
-            Patch(label='5\N{EN DASH}95 % at the base', **style.BASE_BAND),
+            Patch(label=f'{base.words} at the base', **style.BASE_BAND),
         ],
         2,
     )

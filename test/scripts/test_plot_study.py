@@ -162,7 +162,7 @@ class PlotStudyTest(PlotTest):
             ]
         spread = one_at_a_time.base_spread(study, study.outcomes[1])
         np.testing.assert_allclose(
-            (spread.low, spread.median, spread.high), np.quantile(base, (0.05, 0.5, 0.95))
+            (spread.low, spread.median, spread.high), np.quantile(base, (0.0, 0.5, 1.0))
         )
 
     def test_lines_hold_change_over_change(self):
@@ -251,6 +251,19 @@ class PlotStudyTest(PlotTest):
                 self.assertEqual(shown, wanted)
             else:
                 self.assertTrue(all(t.startswith('10') for t in shown), shown)
+
+    def test_ranges_of_few_runs_are_called_what_they_are(self):
+        for name, wanted in (
+            ('overview_coupler_force_peak', ['lowest to highest of 4 runs', 'lowest to highest of 4 runs at the base']),
+            ('bands_coupler_force_peak', ['lowest to highest of 4 runs', 'lowest to highest of 4 runs at the base']),
+            ('tornado_coupler_force_peak', ['lowest to highest of 4 runs', 'lowest to highest of 4 runs at the base']),
+            ('curves_coupler_force_peak', ['lowest to highest of 3 runs']),
+            ('distributions', ['ends of: 5 to 95 % of 32 runs']),
+        ):
+            texts = [t.get_text() for t in self.figures[name].legends[0].get_texts()]
+            for text in wanted:
+                self.assertIn(text, texts, name)
+            self.assertFalse([t for t in texts if '5\N{EN DASH}95' in t], name)
 
     def test_points_stand_at_their_inputs(self):
         """Not beside them: both axes of an overview have a meaning."""
