@@ -66,7 +66,7 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
     fastest_ = closing.speed;
     found.push_back(
         {kContact, closing.time, closing.car_a, closing.car_b, 0, closing.speed,
-         fmt::format("cars {} and {} touch, closing at {}", closing.car_a, closing.car_b, speed_text(closing.speed))});
+         fmt::format("cars {} and {} touch, closing at {}: the fastest touch so far", closing.car_a, closing.car_b, speed_text(closing.speed))});
   }
   touches_ = outcome.touches;
   if (last) {

@@ -294,6 +294,9 @@ std::string Replay::document(const ReplayNames& names, const outcome::Outcome& o
                 {"first", of_line(kFirstLine)},
                 {"second", of_line(kSecondLine)}};
   for (const EventFacts& kind : kEventFacts) j["event_colours"][kind.name] = of_colour(kind.colour);
+  // Where rails never yield, cars past the point have a colour of their own.
+  if (scenario_.ground.on_track_law != inputs::OnTrackLaw::rails)
+    j["event_colours"][kEventFacts[kCarPastPod].name] = of_colour(facts_of(Look::past_point).colour);
   j["events"] = ordered_json::array();
   for (const Occurrence& e : events_) {
     j["events"].push_back({{"time", e.time},

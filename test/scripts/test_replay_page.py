@@ -80,6 +80,22 @@ class ReplayPageTest(PageTest):
     def click(self, selector):
         self.browser.find_element(By.CSS_SELECTOR, selector).click()
 
+    def test_the_time_line_has_the_colours_of_the_scene(self):
+        self.assertEqual(self.browser.find_elements(By.CLASS_NAME, 'loading'), [], 'gone with the first frame')
+        with open(self.page, encoding='utf-8') as file:
+            self.assertIn('loading …</p>', file.read())
+        colours, marks = self.js('replay.run.event_colours'), self.js('replay.run.marks')
+        self.assertEqual(colours['fastest touch so far'], marks['star'])
+        derailed = [e for e in self.js('replay.run.events') if e['kind'] == 'car derailed']
+        looks = [look['colour'] for look in self.js('replay.run.looks')]
+        self.assertTrue(derailed)
+        for event in derailed:
+            colour = self.js('replay.eventColour(arguments[0])', event)
+            self.assertIn(colour, looks)
+            self.assertNotEqual(colour, colours['past the point'])
+        touches = [e['text'] for e in self.js('replay.run.events') if e['kind'] == 'fastest touch so far']
+        self.assertTrue(touches and all('the fastest touch so far' in t for t in touches), touches)
+
     def test_cars_are_where_the_csv_has_them(self):
         times = self.js('replay.run.times')
         by_moment = {}

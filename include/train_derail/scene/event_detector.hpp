@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "train_derail/outcome/outcome.hpp"
+#include "train_derail/scene/marks.hpp"
 #include "train_derail/scene/palette.hpp"
 #include "train_derail/simulation/simulation.hpp"
 
@@ -30,9 +31,9 @@ struct EventFacts {
 };
 /// By EventType; the first one is none.
 inline constexpr std::array<EventFacts, 8> kEventFacts{{{"", {0, 0, 0}},
-                                                        {"past the point", {213, 94, 0}},
+                                                        {"past the point", {86, 180, 233}},
                                                         {"off the track", {184, 168, 0}},
-                                                        {"cars touch", {204, 121, 167}},
+                                                        {"fastest touch so far", kStarRim},
                                                         {"peak coupler force", {0, 114, 178}},
                                                         {"end", {85, 91, 102}},
                                                         {"car derailed", {213, 94, 0}},

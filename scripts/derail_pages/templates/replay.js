@@ -535,6 +535,7 @@ class Scene {
     this.dirty = false;
     this.place();
     this.renderer.render(this.scene, this.camera);
+    loaded(this.figure);
     this.pointNorth();
     return true;
   }
@@ -581,9 +582,12 @@ class Scene {
       add(css(run.forceColour(steps - 1)), `buff (arrows and couplers: from ${shown(run.forces.steps[0], unit)})`);
       if (run.coupler.broken.values.some(v => v > 0)) add(css(run.marks.broken), 'coupler broken');
     }
-    if (run.touches.length > 0) add(css(run.marks.star), 'cars touch');
+    if (run.touches.length > 0) add(css(run.marks.star), 'cars touch (the time line: each that is faster than all before)');
   }
 }
+
+// There is a frame to see, or there will be none.
+function loaded(within) { within.querySelectorAll('.loading').forEach(text => text.remove()); }
 
 // ---- The page ----------------------------------------------------------------------------------------------------
 
@@ -807,8 +811,12 @@ class App {
       const k = kinds.indexOf(event.kind);
       if (k < 0) continue;
       const x = this.xOf(event.time);
-      c.fillStyle = css(this.run.event_colours[event.kind]);
-      c.fillRect(x - 1, k * row + 1, 2.5, row - 2);
+      // Light ones have a rim, as stars and cars have.
+      const colour = this.eventColour(event), light = colour[0] + colour[1] > 400;
+      c.fillStyle = css(light ? this.run.marks.ink : colour);
+      c.fillRect(x - 1, k * row + 1, light ? 4 : 2.5, row - 2);
+      c.fillStyle = css(colour);
+      c.fillRect(x - 0.25, k * row + 1.75, light ? 2.5 : 1.75, row - 3.5);
       this.ticks.push({x, y: (k + 0.5) * row, event});
     }
     kinds.forEach((kind, k) => {
@@ -819,6 +827,12 @@ class App {
       c.fillText(kind, width - w - 4, (k + 0.5) * row);
     });
     this.drawHead();
+  }
+  // A car that derails has the colour that it has in the scene from then on.
+  eventColour(event) {
+    const {run} = this;
+    if (event.kind !== 'car derailed') return run.event_colours[event.kind];
+    return run.looks[run.lookOf({at: run.moment(event.time).next}, event.car - 1)].colour;
   }
   // As the slider has it: its knob is 16 px wide.
   xOf(t) { return 8 + t / this.end * ($('events').clientWidth - 16); }
@@ -926,6 +940,7 @@ class App {
   } catch (e) {
     $('problem').textContent = `The scene and the charts cannot be shown: ${e.message}. The tables below are whole.`;
     $('problem').hidden = false;
+    loaded(document);
     throw e;
   }
 })();
