@@ -64,9 +64,9 @@ std::vector<Occurrence> EventDetector::observe(const simulation::Snapshot& now, 
   const outcome::FirstTouch& closing = outcome.closing_speed_max;
   if (outcome.touches > touches_ && (touches_ == 0 || closing.speed > fastest_)) {
     fastest_ = closing.speed;
-    found.push_back(
-        {kContact, closing.time, closing.car_a, closing.car_b, 0, closing.speed,
-         fmt::format("cars {} and {} touch, closing at {}: the fastest touch so far", closing.car_a, closing.car_b, speed_text(closing.speed))});
+    found.push_back({kContact, closing.time, closing.car_a, closing.car_b, 0, closing.speed,
+                     fmt::format("cars {} and {} touch, closing at {}: the fastest touch so far", closing.car_a,
+                                 closing.car_b, speed_text(closing.speed))});
   }
   touches_ = outcome.touches;
   if (last) {
