@@ -190,7 +190,7 @@ TEST(Inputs, OverridesAreCheckedLikeTheFile) {
   EXPECT_EQ(error("intial.speed=40 mph").substr(0, 70),
             "override: intial.speed = '40 mph': unknown key 'intial'; allowed: base,");
   EXPECT_EQ(error("initial.perturbtion.spacing=1 cm").substr(0, 87),
-            "override: initial.perturbtion.spacing = '1 cm': unknown key 'initial.perturbtion'; allow");
+            "override: initial.perturbtion.spacing = '1 cm': unknown key 'initial.perturbtion'; allo");
   EXPECT_EQ(error("consist[3].count=5"), "override: consist[3].count = '5': there is no item [3]; allowed: [0] to [0]");
   EXPECT_EQ(error("initial.speed.x=5"), "override: initial.speed.x = '5': 'x' is not inside a group");
   EXPECT_EQ(error("title.[0]=5").substr(0, 48), "override: title.[0] = '5': not a valid key; allo");
