@@ -187,8 +187,8 @@ TEST(Inputs, OverridesAreCheckedLikeTheFile) {
   EXPECT_EQ(error("initial.speed=-1 mph"), "override: initial.speed = '-1 mph': out of range; allowed: [0, 200] m/s");
   EXPECT_EQ(error("initial.sped=1 mph").substr(0, 46), "override: initial.sped = '1 mph': unknown key;");
   // A group that only the override names is no mistake of the file.
-  EXPECT_EQ(error("intial.speed=40 mph").substr(0, 70),
-            "override: intial.speed = '40 mph': unknown key 'intial'; allowed: base,");
+  EXPECT_EQ(error("intial.speed=40 mph").substr(0, 73),
+            "override: intial.speed = '40 mph': unknown key 'intial'; allowed: brakes,");
   EXPECT_EQ(error("initial.perturbtion.spacing=1 cm").substr(0, 87),
             "override: initial.perturbtion.spacing = '1 cm': unknown key 'initial.perturbtion'; allo");
   EXPECT_EQ(error("consist[3].count=5"), "override: consist[3].count = '5': there is no item [3]; allowed: [0] to [0]");
