@@ -53,6 +53,7 @@ MarkerScene::MarkerScene(const inputs::Scenario& scenario, const std::vector<mod
       rails_yield_(scenario.ground.on_track_law == inputs::OnTrackLaw::rails),
       flash_time_(std::max(kFlashTime, interval)),
       colours_(colours),
+      layer_step_(layer_step(inputs::model_of(scenario))),
       above_roofs_(above_roofs(cars)),
       now_(cars.size()),
       sent_(cars.size()) {
@@ -94,11 +95,13 @@ void MarkerScene::update(const simulation::Snapshot& now, const std::vector<outc
   update_flashes(now, touches);
 }
 
+double MarkerScene::layer_height(std::size_t car) const { return layer_step_ * static_cast<double>(car % kLayers); }
+
 visualization_msgs::Marker MarkerScene::body(std::size_t car) const {
   Marker m = make_triangles(frames_.car(static_cast<int>(car) + 1), kBodies, static_cast<int>(car) + 1,
                             now_[car].facts->colour);
   m.points = to_message(shapes_[car].body);
-  m.pose.position.z = kLayerStep * static_cast<double>(car % kLayers);
+  m.pose.position.z = layer_height(car);
   m.frame_locked = 1;
   return m;
 }
@@ -120,7 +123,7 @@ visualization_msgs::Marker MarkerScene::parts(std::size_t car) const {
   if (shown.front_broken) add_rectangle(points, (1.0 - kBrokenEnd) * half, half, width, z);
   if (shown.rear_broken) add_rectangle(points, -half, (kBrokenEnd - 1.0) * half, width, z);
   m.points = to_message(points);
-  m.pose.position.z = kLayerStep * static_cast<double>(car % kLayers);
+  m.pose.position.z = layer_height(car);
   m.frame_locked = 1;
   return m;
 }

@@ -137,7 +137,7 @@ ordered_json of_looks(const std::array<LookFacts, n>& looks) {
 }
 
 /// Sizes and colours of whatever is not a car, a force or the ground.
-ordered_json of_marks() {
+ordered_json of_marks(inputs::Model model) {
   ordered_json outline = ordered_json::array();
   for (const auto& [along, across] : kArrowOutline) outline.push_back({along, across});
   return {{"ink", of_colour(kInk)},
@@ -155,7 +155,7 @@ ordered_json of_marks() {
           {"drawbar", {2.0 * kDrawbar, kDrawbarThickness}},
           {"drawbar_height", kDrawbarHeight},
           {"layers", kLayers},
-          {"layer_step", kLayerStep},
+          {"layer_step", layer_step(model)},
           {"flash", kFlashTime},
           {"now", of_colour(kNow)},
           {"chosen", of_colour(kChosen)},
@@ -287,7 +287,7 @@ std::string Replay::document(const ReplayNames& names, const outcome::Outcome& o
   j["lies"] = of_looks(kLieFacts);
   j["forces"]["steps"] = kForceSteps;
   for (int k = -kForceClasses; k <= kForceClasses; ++k) j["forces"]["colours"].push_back(of_colour(force_colour(k)));
-  j["marks"] = of_marks();
+  j["marks"] = of_marks(inputs::model_of(scenario_));
 
   j["lines"] = {{"buff", of_line(kBuffLine)},
                 {"draft", of_line(kDraftLine)},

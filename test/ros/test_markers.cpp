@@ -133,6 +133,27 @@ TEST(CarShape, TellsTheNamesApart) {
   EXPECT_EQ(corners("caboose"), corners("car"));
 }
 
+TEST(MarkerScene, DrawsCarsWhereTheirFramesAre) {
+  inputs::Scenario in_space = short_accident(40);
+  in_space.model = inputs::Model::spatial;
+  const auto layers_of = [](const inputs::Scenario& scenario) {
+    const Watched watched(scenario);
+    std::vector<double> layers(static_cast<std::size_t>(scenario.consist[0].count), kRoof);
+    for (const Marker& m : watched.scene.whole().markers) {
+      if (m.ns == "cars") layers[static_cast<std::size_t>(m.id) - 1] = m.pose.position.z;
+    }
+    return layers;
+  };
+  for (const double height : layers_of(in_space)) EXPECT_EQ(height, 0.0);
+  // Where bodies may lie across each other, those near by in the train are millimetres apart.
+  const std::vector<double> layers = layers_of(short_train(40));
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    EXPECT_LT(layers[i], 0.05);
+    for (std::size_t k = i + 1; k < std::min(i + 8, layers.size()); ++k)
+      EXPECT_GE(std::abs(layers[i] - layers[k]), 0.003 - 1e-12);
+  }
+}
+
 TEST(MarkerScene, IsValidFromStartToEndAndNewcomersSeeTheSame) {
   for (const inputs::Scenario& scenario :
        {short_train(1), short_train(12), train_of_all_bodies(), short_accident(12)}) {

@@ -74,6 +74,8 @@ class MarkerScene {
   Shown shown_of(const simulation::Snapshot& now, std::size_t car) const;
   Marker body(std::size_t car) const;
   Marker parts(std::size_t car) const;
+  /// At which a car is drawn in its frame [m].
+  double layer_height(std::size_t car) const;
   /// Of the front or the rear coupler; empty if it has no force.
   std::optional<Marker> arrow(std::size_t car, bool front) const;
   void update_flashes(const simulation::Snapshot& now, const std::vector<outcome::FirstTouch>& touches);
@@ -85,6 +87,7 @@ class MarkerScene {
   const bool rails_yield_;
   const double flash_time_;
   scene::Colours colours_;
+  const double layer_step_;              ///< [m]
   const double above_roofs_;             ///< of all cars, above the height of one [m]
   std::vector<scene::CarShape> shapes_;  ///< one for each car
   std::vector<Shown> now_, sent_;

@@ -34,12 +34,15 @@ inline constexpr std::array<std::pair<double, double>, 7> kArrowOutline{
 inline constexpr double kDrawbar = 0.35, kDrawbarThickness = 0.4;
 /// Height of a drawbar above the rail head.
 inline constexpr double kDrawbarHeight = 0.9;
-/// Bodies may lie across each other where nothing keeps them apart: small steps in height keep roofs from flickering.
-inline constexpr int kLayers = 32;
-/// Height of such a step.
-inline constexpr double kLayerStep = 0.03;
-/// Returns the height at which arrows lie above the roof of a car, whatever its layer.
-inline double above_roof(const model::Car& car) { return car.roof_height + kLayerStep * kLayers; }
+/// In the plane bodies may lie across each other where nothing keeps them apart: small steps in height, by the number
+/// of the car, keep roofs from flickering.
+inline constexpr int kLayers = 16;
+/// Returns the height of such a step. In three dimensions there is none: cars are drawn where they are.
+inline double layer_step(inputs::Model model) { return model == inputs::Model::spatial ? 0.0 : 0.003; }
+/// Height of arrows and stars above roofs.
+inline constexpr double kAboveRoof = 0.96;
+/// Returns the height at which arrows lie above the roof of a car.
+inline double above_roof(const model::Car& car) { return car.roof_height + kAboveRoof; }
 /// Returns the height at which stars lie above the cars of a train.
 inline double above_roofs(const std::vector<model::Car>& cars) {
   double height = 0.0;
