@@ -27,6 +27,8 @@ namespace {
 constexpr double kEnergyInterval = 1.0;   // simulated [s], between two looks at the energy ledger
 constexpr double kResidualBlownUp = 0.1;  // no use in going on
 constexpr std::int64_t kStepsUnwatched = 64;
+/// Moments no farther apart are one: 499 * 0.1 s and 2495 * 0.02 s are not the same number [s].
+constexpr double kSameMoment = 1.0e-9;
 
 /// The model as the solver sees it.
 class TrainSystem final : public solver::OdeSystem {
@@ -245,7 +247,7 @@ struct Simulation::Impl {
   }
 
   void advance_by_steps(double target, const std::atomic<bool>* stop) {
-    target = std::min(target, scenario.stop.time_max);
+    if (target > scenario.stop.time_max - kSameMoment) target = scenario.stop.time_max;
     if (ended != outcome::Ended::running || time >= target) return;
     if (!interrupted) monitor.forget_peaks();
     advance_to(target, stop);
@@ -259,11 +261,12 @@ struct Simulation::Impl {
       if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
       const double reached = integrator->time();
       const double sample_time = static_cast<double>(next_sample) * scenario.outcome.sample_interval;
-      if (sample_time <= std::min(reached, target)) {
+      const bool sample_is_due = sample_time <= target + kSameMoment;
+      if (sample_is_due && sample_time <= reached) {
         sample(sample_time);
-      } else if (reached >= target) {
-        integrator->interpolate(target, state);
-        time = target;
+        if (ended == outcome::Ended::running && time > target) go_to(target);
+      } else if (!sample_is_due && reached >= target) {
+        go_to(target);
       } else {
         step();
       }
@@ -271,9 +274,13 @@ struct Simulation::Impl {
     if (ended == outcome::Ended::running && time >= scenario.stop.time_max) ended = outcome::Ended::time_max;
   }
 
-  void sample(double t) {
+  void go_to(double t) {
     integrator->interpolate(t, state);
     time = t;
+  }
+
+  void sample(double t) {
+    go_to(t);
     ++next_sample;
     monitor.sample(t, state.data());
     if (monitor.truck_speed_max() < scenario.stop.speed) ended = outcome::Ended::at_rest;

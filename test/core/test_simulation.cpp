@@ -5,6 +5,7 @@
 
 #include "fixtures.hpp"
 #include "train_derail/inputs/error.hpp"
+#include "train_derail/simulation/output_grid.hpp"
 
 namespace train_derail {
 namespace {
@@ -204,6 +205,39 @@ TEST(TrainLength, AThousandCarsRun) {
     const simulation::CarSnapshot last = sim.snapshot().cars[999];
     const double a = 0.15 * inputs::kStandardGravity, e = s.ground.regularization_speed;
     EXPECT_NEAR(test::slide_time(s.initial.speed, e) - test::slide_time(last.vx, e), 0.3 * a, 1e-4);
+  }
+}
+
+TEST(OutputGrid, LastPointIsTheEndAndNotASecondOne) {
+  // 3 * 0.1 s is a rounding more than 15 * 0.02 s: the run ended that much after its last point.
+  constexpr double kEnd = 3 * 0.1;
+  ASSERT_GT(kEnd, 15 * 0.02);
+  inputs::Scenario at_rest = test::baseline(1);
+  at_rest.initial.speed = 10.0;
+  at_rest.initial.yaw_rate = 0.0;
+  at_rest.ground.on_track_law = OnTrackLaw::isotropic;
+  at_rest.ground.on_track_friction = at_rest.ground.off_track_friction = 0.5;  // slower by 0.49 m/s a sample
+  at_rest.outcome.sample_interval = 0.1;
+  at_rest.output.interval = 0.02;
+  at_rest.stop.speed = 8.7;
+  inputs::Scenario out_of_time = at_rest;
+  out_of_time.stop.speed = 1e-3;
+  out_of_time.stop.time_max = kEnd;
+  for (const auto& [scenario, ended] :
+       {std::pair(at_rest, outcome::Ended::at_rest), std::pair(out_of_time, outcome::Ended::time_max)}) {
+    simulation::Simulation run(scenario), whole(scenario);
+    simulation::OutputGrid grid(run);
+    std::vector<double> times{run.time()};
+    while (!run.ended()) {
+      ASSERT_TRUE(grid.advance());
+      times.push_back(run.time());
+    }
+    ASSERT_EQ(times.size(), 16U);
+    for (int i = 0; i < 15; ++i) EXPECT_EQ(times[static_cast<std::size_t>(i)], i * 0.02);
+    EXPECT_EQ(run.outcome().ended, ended);
+    EXPECT_EQ(run.outcome().stop_time, kEnd);
+    whole.run();
+    expect_same(run.outcome(), whole.outcome());
   }
 }
 
