@@ -30,7 +30,7 @@ void RunStream::start_run(RunView& run, const RunState& state) {
   cars_ = run.cars();
   scene_.emplace(scenario, run.cars(), options_.frames, scenario.output.interval * std::max(1, options_.markers_every),
                  options_.colours);
-  history_.clear();
+  forget();
   grid_points_ = 0;
   markers_empty_ = true;
   whole_markers_ = 0.0;

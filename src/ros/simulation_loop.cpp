@@ -176,6 +176,7 @@ void SimulationLoop::start_run(bool paused) {
 
 void SimulationLoop::tick() {
   const double before = view_->time();
+  stream_.forget();  // before the state of the new run is told
   const double target = static_cast<double>(tick_ + 1) * interval();
   try {
     if (recording_) recording_->advance(target);

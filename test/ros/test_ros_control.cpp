@@ -230,6 +230,15 @@ TEST_F(Control, PauseWaitResumeIsBitEqualToARunWithoutPause) {
   expect_strictly_newer(clock.messages);
 }
 
+TEST_F(Control, ARestartForgetsWhatTheRunBeforeHasKept) {
+  ASSERT_TRUE(node.step(20, 0.0).success);
+  ASSERT_TRUE(wait_for([&] { return run_info.last().kept_until == 20 * kInterval; }));
+  const Restart::Response r = node.restart({}, true);
+  ASSERT_TRUE(r.success) << r.message;
+  ASSERT_TRUE(wait_for_run(r.run_id));
+  EXPECT_EQ(run_info.last().kept_until, 0.0);
+}
+
 TEST_F(Control, RateSetsThePace) {
   const auto wall_time_to = [&](double t) {
     const auto start = std::chrono::steady_clock::now();

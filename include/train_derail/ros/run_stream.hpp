@@ -41,6 +41,8 @@ class RunStream {
   /// Sends to all `sinks`, which must outlive the stream.
   RunStream(const StreamOptions& options, std::vector<MessageSink*> sinks);
 
+  /// Forgets the moments of the run so far: another one is to begin.
+  void forget() { history_.clear(); }
   /// Begins the next run: sends its inputs and what holds at time 0.
   void start_run(RunView& run, const RunState& state);
   /// To be called when the run has reached the next point of its output grid. Sends clock, tf, cars, couplers, the
