@@ -114,16 +114,13 @@ struct Arguments {
 };
 
 /// The bag is named by who starts the node, not by a parameter: everybody on the network can set those.
-Arguments read_arguments(int argc, char** argv) {
-  Arguments arguments;
-  CLI::App app{"Simulates a train derailment live, or shows one that was recorded."};
+void describe(CLI::App& app, Arguments& arguments) {
   app.add_option("--replay", arguments.replay, "bag with a run of train_derail, shown instead of a simulation")
       ->check(CLI::ExistingFile);
   app.add_option("--replay-run", arguments.run, "number of the run in the bag; 0: the last one");
   app.add_option("--replay-start", arguments.start, "simulated time at which the replay begins [s]")
       ->check(CLI::NonNegativeNumber);
-  app.parse(argc, argv);
-  return arguments;
+  app.footer("Everything else is told by parameters, topics and services: docs/node.md.");
 }
 
 /// Throws inputs::InputError before anything is advertised.
@@ -162,14 +159,23 @@ int run(::ros::NodeHandle& handle, const Arguments& arguments, EndOnSignals& sig
 int run_node(int argc, char** argv) {
   EndOnSignals signals;
   ::ros::init(argc, argv, "train_derail", ::ros::init_options::NoSigintHandler);
+  // Before a handle waits for a master.
+  Arguments arguments;
+  CLI::App app{"Simulates a train derailment live, or shows one that was recorded."};
+  describe(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& e) {  // --help
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    ROS_FATAL_NAMED("run", "command line: %s", e.what());
+    return kExitInput;
+  }
   // Outlives what may throw: with the last handle goes the console.
   ::ros::NodeHandle handle("~");
   int code = kExitOther;
   try {
-    code = run(handle, read_arguments(argc, argv), signals);
-  } catch (const CLI::ParseError& e) {
-    ROS_FATAL_NAMED("run", "command line: %s", e.what());
-    code = kExitInput;
+    code = run(handle, arguments, signals);
   } catch (const inputs::InputError& e) {
     ROS_FATAL_NAMED("run", "%s", e.what());
     code = kExitInput;

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The node as a process: refusals before anything is started, exit codes, signals."""
 
+import os
 import re
 import signal
 import subprocess
@@ -102,6 +103,18 @@ class ProcessTest(unittest.TestCase):
         _, errors = node.communicate(timeout=LIMIT)
         self.assertEqual(node.returncode, 3, errors)
         self.assertTrue(re.search('integration failed', errors), errors)
+
+    def test_help_needs_no_master(self):
+        program = roslib.packages.find_node('train_derail', 'train_derail_node')[0]
+        nowhere = dict(os.environ, ROS_MASTER_URI='http://127.0.0.1:1')
+        done = subprocess.run([program, '--help'], env=nowhere, capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr, '')
+        for option in ('--replay ', '--replay-run', '--replay-start', 'docs/node.md'):
+            self.assertIn(option, done.stdout)
+        done = subprocess.run([program, '--repaly', 'x'], env=nowhere, capture_output=True, text=True, timeout=LIMIT)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn('--repaly', done.stdout + done.stderr)
 
     def test_interrupt_and_termination_end_it_cleanly(self):
         for number, signal_sent in enumerate([signal.SIGINT, signal.SIGTERM]):
