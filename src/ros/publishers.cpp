@@ -68,7 +68,10 @@ void Publishers::receive(const AnyMessage& message) {
 }
 
 void Publishers::publish_waiting() {
-  for (const auto& [topic, message] : waiting_) publishers_[topic].publish(message);
+  for (const auto& [topic, message] : waiting_) {
+    publishers_[topic].publish(message);
+    newest_[topic] = message;
+  }
   waiting_.clear();
 }
 
@@ -93,12 +96,13 @@ bool Publishers::is_watched() const {
   return (no_markers || wants_markers()) && has_listeners(topic_number<CouplersTopic>());
 }
 
-bool Publishers::has_subscribers() const {
+bool Publishers::all_sent() const {
   for (std::size_t i = 0; i < publishers_.size(); ++i) {
-    if (i == topic_number<ClockTopic>() || i == topic_number<TfStaticTopic>()) continue;
-    if (has_listeners(i)) return true;
+    // Besides this object and a latch, only queues for subscribers hold the bytes.
+    const long holders = topic_facts(i).latched == Latched::yes ? 2 : 1;
+    if (has_listeners(i) && newest_[i].bytes.buf.use_count() > holders) return false;
   }
-  return false;
+  return true;
 }
 
 }  // namespace train_derail::ros_face

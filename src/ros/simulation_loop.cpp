@@ -20,8 +20,8 @@ namespace {
 
 /// Longest that a stop request goes unseen, wall [s].
 constexpr double kWaitMax = 0.1;
-/// For subscribers to get the last messages before the process exits, wall [s].
-constexpr double kLinger = 0.5;
+/// For subscribers to take what is kept for them before the process exits, wall [s]; and between two looks.
+constexpr double kLingerMax = 20.0, kLingerInterval = 0.01;
 /// Grids that are no more than rounding beyond a point belong to it.
 constexpr double kTickRounding = 1.0e-9;
 constexpr double kStepTicksMax = 1.0e9;
@@ -144,7 +144,9 @@ int SimulationLoop::run() {
   const std::string table = outcome::to_table(outcome());
   std::fwrite(table.data(), 1, table.size(), stdout);
   std::fflush(stdout);
-  if (publishers_.has_subscribers()) std::this_thread::sleep_for(wall_seconds(kLinger));
+  const WallTime leave_at = WallClock::now() + wall_seconds(kLingerMax);
+  while (!publishers_.all_sent() && !control_.stop && ::ros::ok() && WallClock::now() < leave_at)
+    std::this_thread::sleep_for(wall_seconds(kLingerInterval));
   if (state_ == State::failed) return 3;
   return bag_failed_ ? 1 : 0;
 }

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import unittest
 
 import roslib.packages
@@ -14,6 +15,9 @@ import rosgraph
 import rostest
 import yaml
 
+from std_srvs.srv import Trigger
+
+import waiting
 from train_derail.msg import CarStates
 
 LIMIT = 150.0  # wall seconds for anything
@@ -115,6 +119,30 @@ class ProcessTest(unittest.TestCase):
         done = subprocess.run([program, '--repaly', 'x'], env=nowhere, capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn('--repaly', done.stdout + done.stderr)
+
+    def test_the_end_waits_until_the_messages_are_sent(self):
+        # More than sockets hold, so that most of it is still in the node when the run is over.
+        scenario = changed(self.scenario, ['consist', 0, 'count'], 600)
+        taken = []
+        over = threading.Event()
+
+        def take(message):
+            if taken:
+                over.wait(LIMIT)
+            taken.append(message.time)
+
+        parameters = {'rate': 0, 'exit_when_done': True, 'start_paused': True, 'publish': {'markers_every': 0}}
+        node = start_node(self, 'slow_listener', parameters, scenario)
+        subscriber = rospy.Subscriber('/slow_listener/cars', CarStates, take)
+        self.addCleanup(subscriber.unregister)
+        self.assertTrue(waiting.wait_for(lambda: taken, LIMIT))
+        rospy.ServiceProxy('/slow_listener/resume', Trigger)()
+        self.assertTrue(any(re.match(r'cars +600$', line) for line in node.stdout))  # the outcome: the run is over
+        over.set()
+        _, errors = node.communicate(timeout=LIMIT)
+        self.assertEqual(node.returncode, 0, errors)
+        self.assertTrue(waiting.wait_for(lambda: taken[-1] == 3.0, LIMIT), taken[-1])
+        self.assertEqual(len(taken), 151)
 
     def test_interrupt_and_termination_end_it_cleanly(self):
         for number, signal_sent in enumerate([signal.SIGINT, signal.SIGTERM]):
