@@ -2,7 +2,7 @@
 """Example of a subscriber in Python: how the pile-up of a simulated train spreads, as a CSV table.
 
 One row a point of the grid of simulated time, about the footprints of the cars past the point of derailment or off the
-track; extents are empty while there is none. Further runs go on in the same file with their run_id.
+track, from above: a car that lies on its side is as wide as it is high. Extents are empty while there is none. Further runs go on in the same file with their run_id.
 
 Parameters: ~file, the table, which is written anew (required); ~simulator, name of the simulator's node (default:
 train_derail); ~resume, start a paused simulator once its topics arrive, so that nothing of the run is missed (default:
@@ -69,23 +69,32 @@ def read_parameters():
 
 
 def car_sizes(inputs):
-    """(length, width) of every car [m], front to rear."""
+    """(length, width, height, height of the centre of mass) of every car [m], front to rear."""
     blocks = yaml.safe_load(inputs.yaml)['consist']
-    return [
-        (float(b['length']), float(b['width'])) for b in blocks for _ in range(int(b['count']))
-    ]
+    # Only in three dimensions a block has a centre of mass above the rails; in the plane nothing rolls.
+    centres = [float(b.get('centre_height', 0.0)) for b in blocks for _ in range(int(b['count']))]
+    return list(zip(inputs.car_length, inputs.car_width, inputs.car_height, centres))
+
+
+def level_axes(q):
+    """The x and y parts, in the world, of the car's own axes to the front, the left and the roof."""
+    to_x = 1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y - q.z * q.w), 2.0 * (q.x * q.z + q.y * q.w)
+    to_y = 2.0 * (q.x * q.y + q.z * q.w), 1.0 - 2.0 * (q.x * q.x + q.z * q.z), 2.0 * (q.y * q.z - q.x * q.w)
+    return to_x, to_y
 
 
 def extent(cars, sizes):
     """x_min, x_max, y_min, y_max of the footprints of the derailed cars [m]; None if there is none."""
     corners = []
-    for car, (length, width) in zip(cars, sizes):
+    for car, (length, width, height, centre) in zip(cars, sizes):
         if car.past_pod or car.off_track:
-            c, s = abs(math.cos(car.theta)), abs(math.sin(car.theta))
-            along_x = 0.5 * (length * c + width * s)
-            along_y = 0.5 * (length * s + width * c)
-            x, y = car.pose.position.x, car.pose.position.y
-            corners.append((x - along_x, x + along_x, y - along_y, y + along_y))
+            ends = []
+            place = car.pose.position
+            for at, axes in zip((place.x, place.y), level_axes(car.pose.orientation)):
+                middle = at + axes[2] * (0.5 * height - centre)  # the box from the rails to the roof
+                half = 0.5 * sum(size * abs(axis) for size, axis in zip((length, width, height), axes))
+                ends += [middle - half, middle + half]
+            corners.append(ends)
     if not corners:
         return None
     x_min, x_max, y_min, y_max = zip(*corners)

@@ -2,6 +2,7 @@
 """The examples as users start them: launch files, output against the command line's and ~outcome, refusals."""
 
 import csv
+import importlib.util
 import json
 import math
 import os
@@ -18,7 +19,7 @@ import rostest
 import yaml
 
 import waiting
-from train_derail.msg import Outcome
+from train_derail.msg import CarState, Inputs, Outcome
 from train_derail.srv import Restart
 
 LIMIT = 150.0  # wall seconds for anything
@@ -115,6 +116,26 @@ class ExamplesTest(unittest.TestCase):
         self.assertLess(empty, len(table) / 2, 'a run without a pile-up tests nothing')
         self.assert_close(table[-1]['length_m'], self.outcome['pile_up_length'], 'length')
         self.assert_close(table[-1]['width_m'], self.outcome['pile_up_width'], 'width')
+
+    def test_pile_up_has_a_car_on_its_side_as_wide_as_it_is_high(self):
+        source = os.path.join(roslib.packages.get_pkg_dir('train_derail'), 'examples', 'pile_up_extent', 'pile_up_extent.py')
+        spec = importlib.util.spec_from_file_location('pile_up_extent', source)
+        example = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(example)
+        inputs = Inputs(car_length=[18.0], car_width=[3.0], car_height=[4.2],
+                        yaml='consist: [{count: 1, length: 18, width: 3, centre_height: 2}]')
+        car = CarState(off_track=True)
+        car.pose.position.x, car.pose.position.y = 10.0, 5.0
+        half = math.sqrt(0.5)
+        for (roll, yaw), expected in (
+                ((0.0, 0.0), (1.0, 19.0, 3.5, 6.5)),
+                ((0.5 * math.pi, 0.0), (1.0, 19.0, 2.8, 7.0)),  # to the right: its roof lies there
+                ((0.0, 0.25 * math.pi), (10 - 10.5 * half, 10 + 10.5 * half, 5 - 10.5 * half, 5 + 10.5 * half))):
+            car.pose.orientation.x, car.pose.orientation.z = math.sin(0.5 * roll), math.sin(0.5 * yaw)
+            car.pose.orientation.w = math.cos(0.5 * (roll + yaw))
+            car.theta = yaw
+            for a, b in zip(example.extent([car], example.car_sizes(inputs)), expected):
+                self.assert_close(a, b, (roll, yaw))
 
     def half_width(self):
         done = subprocess.run([program('derail'), 'check', self.scenario_file], stdout=subprocess.PIPE, text=True,
