@@ -162,9 +162,13 @@ void OutcomeTable::show_caption(const NodeView& view) {
     }
   }
   this_run_->setText(tr("Run %1").arg(view.outcome->run_id));
-  const QString before = tr("Run %1").arg(previous.outcome->run_id);
+  const bool was_cut = previous.outcome->ended == Outcome::RUNNING;
+  QString before = tr("Run %1").arg(previous.outcome->run_id);
+  if (was_cut) before += tr(", cut at %1 s").arg(previous.outcome->stop_time, 0, 'f', 1);
   run_before_->setText(change_.isEmpty() ? before : before + ", " + change_);
-  run_before_->setToolTip(tr("What the run before has yielded, at its end.") + changes_);
+  run_before_->setToolTip((was_cut ? tr("What the run before had yielded when it was cut off.")
+                                   : tr("What the run before has yielded, at its end.")) +
+                          changes_);
 }
 
 void OutcomeTable::set_full(bool full) { full_ = full; }

@@ -431,6 +431,17 @@ TEST_F(Panel, ARunThatHasEndedCanBeRunAgainWithTheInputsOfTheForm) {
   EXPECT_TRUE(label("outcome:run_before")->toolTip().contains("initial.speed: 25 mph, before 37 mph"));
 }
 
+TEST_F(Panel, SaysThatTheRunBeforeWasCutOff) {
+  start_node_and_wait();
+  ASSERT_TRUE(NodeClient(kNode).step(60, 0.0).success);
+  ASSERT_TRUE(wait_in_rviz([&] { return label("outcome:coupler_buff_peak")->text().contains("kip"); }));
+  type("input:initial.speed", "25 mph");
+  click("restart");
+  ASSERT_TRUE(wait_in_rviz([&] { return label("outcome:this_run")->text() == "Run 2"; }));
+  EXPECT_EQ(label("outcome:run_before")->text(), "Run 1, cut at 1.2 s, 37 mph");
+  EXPECT_TRUE(label("outcome:run_before")->toolTip().contains("cut off"));
+}
+
 TEST_F(Panel, EnterInAFieldStartsTheRun) {
   start_node_and_wait();
   find<QCheckBox>("start_paused")->setChecked(true);
