@@ -33,6 +33,7 @@ void RunStream::start_run(RunView& run, const RunState& state) {
   forget();
   grid_points_ = 0;
   markers_empty_ = true;
+  looked_back_ = false;
   whole_markers_ = 0.0;
   if (run_id_ == 1) {
     tf2_msgs::TFMessage fixed;
@@ -85,6 +86,7 @@ void RunStream::idle(double seconds) {
 }
 
 void RunStream::show(const RunView& run, const simulation::Snapshot& moment, const outcome::Outcome& outcome) {
+  showing_ = looked_back_ = true;
   clock_.slip(kShowStep);
   last_ = moment;
   // A camera that sits on the heap jumps with the time.
@@ -92,6 +94,7 @@ void RunStream::show(const RunView& run, const simulation::Snapshot& moment, con
   send_moment(run);
   if (options_.markers_every > 0) send_markers(true);
   send<OutcomeTopic>(to_message(outcome, header(), run_id_));
+  showing_ = false;
 }
 
 tf2_msgs::TFMessage RunStream::moving_frames(const std_msgs::Header& header) const {
@@ -168,15 +171,18 @@ void RunStream::repeat_markers() {
 }
 
 void RunStream::repeat_for_readers() {
-  if (last_.time < whole_markers_ + kWholeInterval) return;
+  // After a look back changes are those against the moment that was shown, of which readers know nothing.
+  if (!looked_back_ && last_.time < whole_markers_ + kWholeInterval) return;
   whole_markers_ = last_.time;
   send_whole(true);
+  looked_back_ = false;
 }
 
 void RunStream::send_whole(bool to_readers) {
   const auto wants = [&](const MessageSink* sink) { return sink->is_read_from_the_middle() == to_readers; };
   if (std::none_of(sinks_.begin(), sinks_.end(), wants)) return;
-  const visualization_msgs::MarkerArray whole = stamped(scene_->whole());
+  const visualization_msgs::MarkerArray whole =
+      stamped(to_readers && looked_back_ ? scene_->whole_on_empty() : scene_->whole());
   for (MessageSink* sink : sinks_) {
     if (wants(sink)) sink->send<MarkersTopic>(whole);
   }

@@ -56,6 +56,7 @@ class RunStream {
   /// stand still. Bags do not have this.
   void idle(double seconds);
   /// Sends clock, tf, cars, couplers, the heap, markers and outcome as they were at an earlier moment, with new stamps.
+  /// Bags, which hold the run, do not have this.
   void show(const RunView& run, const simulation::Snapshot& moment, const outcome::Outcome& outcome);
   /// Returns the moments of this run so far.
   const RunHistory& history() const { return history_; }
@@ -80,7 +81,9 @@ class RunStream {
   std_msgs::Header header() const;
   template <class Topic>
   void send(const typename Topic::Message& message) const {
-    for (MessageSink* sink : sinks_) sink->send<Topic>(message);
+    for (MessageSink* sink : sinks_) {
+      if (!showing_ || !sink->is_read_from_the_middle()) sink->send<Topic>(message);
+    }
   }
   tf2_msgs::TFMessage moving_frames(const std_msgs::Header& header) const;
   /// Sends what moves, as it is in `last_`.
@@ -111,6 +114,8 @@ class RunStream {
   std::uint32_t run_id_ = 0;
   std::int64_t grid_points_ = 0;  ///< grid points of this run so far
   bool markers_empty_ = false;    ///< whether nothing of this run is shown yet
+  bool showing_ = false;          ///< whether what is sent is no part of the run, but looks back at it
+  bool looked_back_ = false;      ///< since readers of bags last got all markers
   double whole_markers_ = 0.0;    ///< when readers of bags last got all markers, simulated [s]
 
   // Of what was sent last.
