@@ -71,6 +71,8 @@ std::string FileBounds::readable(const std::string& where, const std::string& ke
   std::string allowed = "a file below ";
   for (const std::string& folder : folders) allowed += (&folder == &folders.front() ? "" : " or ") + folder;
   check_text(where, key, path, allowed);
+  const std::string direct = resolved(path);
+  if (!direct.empty() && std::find(files_.begin(), files_.end(), direct) != files_.end()) return direct;
   fs::path fallback;
   std::error_code error;
   for (const std::string& start : folders) {
@@ -83,6 +85,14 @@ std::string FileBounds::readable(const std::string& where, const std::string& ke
   }
   if (fallback.empty()) throw inputs::InputError(where, key, path, "outside of what may be read", allowed);
   return fallback;
+}
+
+std::function<void(const std::string&)> FileBounds::asking(const std::string& where) const {
+  return [this, where](const std::string& path) { readable(where, "base or consist", path); };
+}
+
+void FileBounds::allow(const std::string& path) {
+  if (const fs::path real = resolved(path); !real.empty()) files_.push_back(real);
 }
 
 std::string default_results_folder() {

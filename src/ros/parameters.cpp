@@ -123,15 +123,25 @@ XmlRpcValue fetch_parameters(const std::string& node_name) {
   return tree;
 }
 
-inputs::Scenario ScenarioSource::read() const {
-  if (tree->IsMap() && folder.empty()) {
-    const YAML::Node base = (*tree)["base"];
-    if (base && base.IsScalar() && std::filesystem::path(base.Scalar()).is_relative()) {
-      throw InputError(name, "base", base.Scalar(), "relative, and the parameter scenario_file does not say to what",
+inputs::Layers ScenarioSource::layers(const std::function<void(const std::string&)>& ask) const {
+  return inputs::layers(YAML::Clone(*tree), name, folder, [&](const std::string& path) {
+    if (folder.empty() && std::filesystem::path(path).is_relative()) {
+      throw InputError(name, "base or consist", path, "relative, and the parameter scenario_file does not say to what",
                        "an absolute path");
     }
-  }
-  return inputs::read_scenario(inputs::layers(YAML::Clone(*tree), name, folder), name, overrides);
+    ask(path);
+  });
+}
+
+inputs::Scenario ScenarioSource::read() const {
+  const auto anywhere = [](const std::string&) {};
+  return inputs::read_scenario(layers(bounds ? bounds->asking(name) : anywhere), name, overrides);
+}
+
+std::vector<std::string> ScenarioSource::files() const {
+  std::vector<std::string> named;
+  layers([&](const std::string& path) { named.push_back(path); });
+  return named;
 }
 
 void ScenarioSource::add_overrides(const std::vector<std::string>& texts) {

@@ -122,7 +122,7 @@ bool Services::restart(Restart::Request& request, Restart::Response& response) {
   if (response.success == 0) return true;
   std::optional<NextRun> next;
   try {
-    next = prepare(to_request(request), current);
+    next = prepare(to_request(request), current, loop_.scenario_bounds());
   } catch (const std::exception& e) {
     response.success = 0;
     response.message = e.what();

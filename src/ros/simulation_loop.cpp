@@ -56,14 +56,19 @@ std::vector<MessageSink*> sinks(Publishers& publishers, BagRecorder* bag) {
 
 }  // namespace
 
-NextRun prepare(const RestartRequest& request, const ScenarioSource& current) {
+NextRun prepare(const RestartRequest& request, const ScenarioSource& current,
+                const std::shared_ptr<const FileBounds>& bounds) {
   ScenarioSource next = current;
   if (!request.scenario.empty()) {
     next = {};
     next.name = "~restart";
+    next.folder = bounds->results();
+    next.bounds = bounds;
     next.tree = std::make_shared<const YAML::Node>(inputs::load_text(request.scenario, next.name));
   } else if (request.parameters) {
+    // Everybody can have changed them since the node started.
     next = read_scenario_source(*request.parameters, ::ros::this_node::getName());
+    next.bounds = bounds;
   }
   next.add_overrides(request.overrides);
   simulation::Simulation simulation(next.read());
@@ -84,6 +89,9 @@ SimulationLoop::SimulationLoop(::ros::NodeHandle& private_handle, const NodePara
                                const FileBounds& bounds, const ScenarioSource& source, LoopControl& control)
     : SimulationLoop(private_handle, parameters, bounds, control) {
   source_ = source;
+  FileBounds known = bounds;
+  for (const std::string& file : source.files()) known.allow(file);
+  scenario_bounds_ = std::make_shared<const FileBounds>(std::move(known));
   simulation_.emplace(source.read());
   view_ = std::make_shared<SimulationView>(*simulation_, parameters.event_coupler_force);
 }
@@ -168,6 +176,7 @@ void SimulationLoop::start_run(bool paused) {
   viewers_due_ = {};
   state_ = paused ? State::paused : State::running;
   pacer_.set_interval(interval());
+  stream_.forget();  // before the state of the new run is told
   stream_.start_run(*view_, run_state());
   anchor();
   const inputs::Scenario& scenario = view_->scenario();
@@ -178,7 +187,6 @@ void SimulationLoop::start_run(bool paused) {
 
 void SimulationLoop::tick() {
   const double before = view_->time();
-  stream_.forget();  // before the state of the new run is told
   const double target = static_cast<double>(tick_ + 1) * interval();
   try {
     if (recording_) recording_->advance(target);

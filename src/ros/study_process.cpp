@@ -117,25 +117,34 @@ void tell(int file, Kind kind, const Message& message) {
   if (!write_all(file, &head, sizeof head) || !write_all(file, bytes.data(), bytes.size())) std::_Exit(1);
 }
 
+/// Asks `bounds` for every file that a study names, before it is opened. Throws inputs::InputError.
+void look_at_study(const YAML::Node& tree, const std::string& file, const FileBounds& bounds, std::size_t depth) {
+  if (!tree.IsMap()) return;  // what is wrong with it, its reader says
+  const fs::path folder = fs::path(file).parent_path();
+  const auto look_at_scenario = [&](const YAML::Node& scenario, const std::string& source) {
+    inputs::layers(scenario, source, fs::path(source).parent_path().string(), bounds.asking(source));
+  };
+  const auto named_file = [&](const char* key) {
+    const YAML::Node named = tree[key];
+    const bool is_file = named && named.IsScalar() && !named.Scalar().empty();
+    return is_file ? bounds.readable(file, key, (folder / named.Scalar()).string()) : std::string();
+  };
+  if (const std::string base = named_file("base"); !base.empty() && depth < inputs::kBasesMax)
+    look_at_study(inputs::load_file(base), base, bounds, depth + 1);
+  if (const std::string scenario = named_file("scenario"); !scenario.empty()) {
+    look_at_scenario(inputs::load_file(scenario), scenario);
+  } else if (const YAML::Node own = tree["scenario"]; own && own.IsMap()) {
+    look_at_scenario(own, file);
+  }
+}
+
 /// The goal with its paths resolved, if all that it names may be touched. Throws inputs::InputError.
 study::Study read_within(const RunStudyGoal& goal, const FileBounds& bounds) {
   const bool is_text = !goal.text.empty();
   std::string file = (fs::path(bounds.results()) / kWhere).string();
   if (!is_text || !goal.file.empty()) file = bounds.readable(kWhere, "file", goal.file);
   const YAML::Node tree = is_text ? inputs::load_text(goal.text, file) : inputs::load_file(file);
-  // Every file that it names is asked for before it is opened.
-  const auto look_at_bases = [&](const YAML::Node& scenario, const std::string& source) {
-    inputs::layers(scenario, source, fs::path(source).parent_path().string(),
-                   [&](const std::string& below) { bounds.readable(source, "base", below); });
-  };
-  const YAML::Node named = tree.IsMap() ? tree["scenario"] : YAML::Node();
-  if (named.IsMap()) {
-    look_at_bases(named, file);
-  } else if (named.IsScalar() && !named.Scalar().empty()) {
-    const std::string base = (fs::path(file).parent_path() / named.Scalar()).string();
-    const std::string scenario = bounds.readable(file, "scenario", base);
-    look_at_bases(inputs::load_file(scenario), scenario);
-  }
+  look_at_study(tree, file, bounds, 0);
   return is_text ? study::read_study_text(goal.text, file) : study::read_study_file(file);
 }
 
@@ -148,6 +157,13 @@ RunStudyFeedback to_message(const study::Progress& p) {
   m.eta = p.rate > 0.0 ? static_cast<double>(p.total - p.done) / p.rate : 0.0;
   m.message = p.message;
   return m;
+}
+
+/// What is an option of the command line is a field of the goal.
+std::string in_words_of_the_goal(std::string message) {
+  const std::string option = "--resume";
+  for (auto at = message.find(option); at != std::string::npos; at = message.find(option)) message.erase(at, 2);
+  return message;
 }
 
 RunStudyResult run(const RunStudyGoal& goal, const FileBounds& bounds,
@@ -200,7 +216,7 @@ RunStudyResult run(const RunStudyGoal& goal, const FileBounds& bounds,
         kWhere, memory_limit() >> 20);
   } catch (const std::exception& e) {
     result.status = RunStudyResult::OUTPUT_FAILED;
-    result.message = e.what();
+    result.message = in_words_of_the_goal(e.what());
   }
   return result;
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <regex>
@@ -22,6 +23,7 @@
 #include "train_derail/ros/pile_up_follower.hpp"
 #include "train_derail/ros/run_history.hpp"
 #include "train_derail/ros/sim_clock.hpp"
+#include "train_derail/ros/simulation_loop.hpp"
 #include "train_derail/ros/topics.hpp"
 #include "train_derail/scene/event_detector.hpp"
 #include "train_derail/simulation/fields.hpp"
@@ -191,6 +193,85 @@ TEST(Parameters, SpeedAndSetBecomeOverrides) {
   EXPECT_EQ(source.overrides.back().key, "initial.speed");
   EXPECT_EQ(source.overrides.back().value, "10");
   EXPECT_THROW(read_scenario_source(XmlRpcValue(), "/n"), inputs::InputError);
+}
+
+/// A folder of results, and one beside it of which nothing may be read.
+class Restarts : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "XXXXXX";
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    for (const char* name : {"results", "outside"}) {
+      std::filesystem::create_directory(folder_ / name);
+      std::ofstream(folder_ / name / "base.yaml") << kScenario;
+      std::ofstream(folder_ / name / "train.csv") << "Car Kind,L/E\nhopper,L\nhopper,L\n";
+      std::ofstream(folder_ / name / "broken.yaml") << "secret-4711: {\n";
+    }
+    std::filesystem::create_directory_symlink(folder_ / "outside", folder_ / "results" / "link");
+    bounds_ = std::make_shared<const FileBounds>((folder_ / "results").string(), std::vector<std::string>());
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string outside(const std::string& name) const { return (folder_ / "outside" / name).string(); }
+  /// What is said against a restart; empty if it could begin.
+  std::string refusal(const std::string& scenario) const { return refusal_of({scenario, {}, {}, true}); }
+  std::string refusal_of(const RestartRequest& request) const {
+    try {
+      prepare(request, ScenarioSource(), bounds_);
+    } catch (const std::exception& e) {
+      return e.what();
+    }
+    return "";
+  }
+
+  static constexpr char kScenario[] =
+      "consist: [{count: 3, length: 18 m, weight: 265 kip}]\ninitial: {speed: 10, yaw_rate: 0.1}\nstop: {time_max: "
+      "1}\n";
+  std::filesystem::path folder_;
+  std::shared_ptr<const FileBounds> bounds_;
+};
+
+TEST_F(Restarts, ReadWhatTheNodeMayReadAndNothingElse) {
+  const auto with_base = [](const std::string& file) { return "base: " + file + "\ninitial: {speed: 12}\n"; };
+  const std::string own = "initial: {speed: 10, yaw_rate: 0.1}\nconsist: ";
+  EXPECT_EQ(refusal(kScenario), "");
+  EXPECT_EQ(refusal(with_base("base.yaml")), "");
+  EXPECT_EQ(refusal(with_base((folder_ / "results" / "base.yaml").string())), "");
+  EXPECT_EQ(refusal(own + "{file: train.csv}\n"), "");
+
+  const auto expect_outside = [&](const std::string& scenario) {
+    const std::string said = refusal(scenario);
+    EXPECT_NE(said.find("~restart: base or consist"), std::string::npos) << said;
+    EXPECT_NE(said.find("outside of what may be read"), std::string::npos) << said;
+    EXPECT_EQ(said.find("secret-4711"), std::string::npos) << said;
+  };
+  for (const std::string& file :
+       {outside("base.yaml"), outside("broken.yaml"), outside("none.yaml"), std::string("../outside/base.yaml"),
+        std::string("link/base.yaml"), std::string("/etc/passwd"), std::string("/etc/nonexistent")}) {
+    expect_outside(with_base(file));
+    expect_outside(own + "{file: " + file + "}\n");
+    expect_outside(own + "{file: train.csv, types: " + file + "}\n");
+  }
+  // Nor by way of a base that may be read.
+  std::ofstream(folder_ / "results" / "middle.yaml") << with_base("../outside/base.yaml");
+  expect_outside(with_base("middle.yaml"));
+  std::ofstream(folder_ / "results" / "middle.yaml") << own << "{file: ../outside/train.csv}\n";
+  expect_outside(with_base("middle.yaml"));
+}
+
+TEST_F(Restarts, ByParametersReadTheFilesThatTheNodeStartedWith) {
+  XmlRpcValue tree;
+  tree["scenario"]["base"] = outside("base.yaml");
+  EXPECT_NE(refusal_of({"", tree, {}, true}).find("outside of what may be read"), std::string::npos);
+  FileBounds known = *bounds_;
+  const ScenarioSource source = read_scenario_source(tree, "/n");
+  EXPECT_EQ(source.files(), std::vector<std::string>{outside("base.yaml")});
+  for (const std::string& file : source.files()) known.allow(file);
+  bounds_ = std::make_shared<const FileBounds>(known);
+  EXPECT_EQ(refusal_of({"", tree, {}, true}), "");
+  tree["scenario"]["base"] = outside("broken.yaml");
+  EXPECT_NE(refusal_of({"", tree, {}, true}).find("outside of what may be read"), std::string::npos);
 }
 
 TEST(Frames, NumbersHaveThreeDigitsAtLeast) {
@@ -526,6 +607,52 @@ TEST(RunHistory, KeepsEveryMomentWithinItsMemoryAndThinsOutBeyond) {
   RunHistory none(0);
   none.add(moment(0), {});
   EXPECT_EQ(none.nearest(0.0), nullptr);
+}
+
+/// Counts what it is sent.
+struct CountingSink : MessageSink {
+  explicit CountingSink(bool bag) : is_bag(bag) {}
+  bool wants_markers() const override { return true; }
+  bool is_read_from_the_middle() const override { return is_bag; }
+  void receive(const AnyMessage& message) override {
+    ++count[message.index()];
+    if (message.index() == topic_number<MarkersTopic>()) markers = *std::get<topic_number<MarkersTopic>()>(message);
+  }
+  const bool is_bag;
+  std::array<int, kTopicCount> count{};
+  visualization_msgs::MarkerArray markers;  // the newest
+};
+
+TEST(RunStream, LookingBackIsNotWrittenToBags) {
+  inputs::Scenario scenario;
+  scenario.consist.emplace_back();
+  scenario.consist[0].count = 3;
+  scenario.consist[0].length = 18.0;
+  scenario.consist[0].weight = 1.2e6;
+  scenario.initial.speed = 16.0;
+  scenario.initial.yaw_rate = 0.2;
+  simulation::Simulation simulation(scenario);
+  SimulationView view(simulation, 1.0e6);
+  CountingSink bag(true), listener(false);
+  StreamOptions options;
+  options.history_bytes = 1U << 20;
+  RunStream stream(options, {&bag, &listener});
+  const auto go_to = [&](int point) {
+    simulation.advance(point * scenario.output.interval);
+    stream.grid_point(view);
+  };
+  stream.start_run(view, RunState());
+  for (int point = 1; point <= 10; ++point) go_to(point);
+  const auto recorded = bag.count, heard = listener.count;
+  const RunHistory::Moment* moment = stream.history().nearest(0.1);
+  ASSERT_TRUE(moment);
+  stream.show(view, moment->now, *moment->outcome);
+  EXPECT_EQ(bag.count, recorded);
+  EXPECT_EQ(listener.count[topic_number<CarsTopic>()], heard[topic_number<CarsTopic>()] + 1);
+  // Changes of the next point are those against the moment that was shown: the bag gets the whole scene.
+  go_to(11);
+  ASSERT_FALSE(bag.markers.markers.empty());
+  EXPECT_EQ(bag.markers.markers.front().action, visualization_msgs::Marker::DELETEALL);
 }
 
 TEST(CommandQueue, AnswersWithdrawsAndCloses) {

@@ -217,8 +217,10 @@ TEST_F(RosStudy, WhatIsWrongIsSaidAsOnTheCommandLine) {
   write("unknown_key.yaml", "scenario: scenario.yaml\nfactors:\n  - {key: initial.sped, values: [1]}\n");
   write("not_yaml.yaml", "factors: [\n");
   write("no_scenario.yaml", "scenario: none.yaml\nfactors:\n  - {key: initial.speed, values: [1]}\n");
+  write("lacks_scenario.yaml", "factors:\n  - {key: initial.speed, values: [1]}\n");
   write("a_file", "");
-  for (const char* name : {"missing.yaml", "unknown_key.yaml", "not_yaml.yaml", "no_scenario.yaml"}) {
+  for (const char* name :
+       {"missing.yaml", "unknown_key.yaml", "not_yaml.yaml", "no_scenario.yaml", "lacks_scenario.yaml"}) {
     RunStudyGoal g = goal("wrong");
     g.file = path(name);
     const RunStudyResult r = client.result_of(g);
@@ -238,6 +240,12 @@ TEST_F(RosStudy, WhatIsWrongIsSaidAsOnTheCommandLine) {
   EXPECT_EQ(r.status, RunStudyResult::OUTPUT_FAILED);
   EXPECT_EQ(r.message, command_line(g.file, g.folder));
   EXPECT_NE(r.message.find("a_file"), std::string::npos) << r.message;
+
+  r = client.result_of(goal("twice"));
+  ASSERT_EQ(r.status, RunStudyResult::DONE) << r.message;
+  r = client.result_of(goal("twice"));
+  EXPECT_EQ(r.status, RunStudyResult::OUTPUT_FAILED);
+  EXPECT_NE(r.message.find("; resume computes what is missing"), std::string::npos) << r.message;
 
   const std::string few = "scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [20 mph]}\nseed: ";
   write("study.yaml", few + "1\n");
@@ -302,6 +310,20 @@ TEST_F(RosStudy, FilesAreReadAndWrittenWhereTheyMayBeAndNowhereElse) {
     EXPECT_EQ(r.status, RunStudyResult::INPUT_WRONG) << scenario;
     expect_refused(false, r.message, {"scenario"});
     EXPECT_EQ(r.message.find("secret-token"), std::string::npos) << r.message;
+  }
+
+  // A study that another one starts from, a train of the scenario, and a restart of the node keep to the same.
+  for (const std::string& secret_file : {absolute + "/secret", absolute + "/absent"}) {
+    for (const std::string& text :
+         {"base: " + secret_file, "{scenario: {consist: {file: " + secret_file + "}}, factors: []}"}) {
+      g = goal("x");
+      g.text = text + "\n";
+      const RunStudyResult r = client.result_of(g);
+      EXPECT_EQ(r.status, RunStudyResult::INPUT_WRONG) << text;
+      expect_refused(false, r.message, {"outside of what may be read"});
+    }
+    const Restart::Response r = node.restart({}, true, "base: " + secret_file + "\n");
+    expect_refused(r.success, r.message, {"~restart: base", "outside of what may be read"});
   }
 
   for (const std::string& folder :

@@ -2,6 +2,7 @@
 /// Where files may be read and written on behalf of those who speak to the node.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,11 @@ class FileBounds {
   /// that has it. Throws inputs::InputError as writable() does.
   std::string readable(const std::string& where, const std::string& key, const std::string& path) const;
 
+  /// Returns what asks readable() for every file that a scenario named `where` names. It must not outlive the bounds.
+  std::function<void(const std::string&)> asking(const std::string& where) const;
+  /// Lets one more file be read, wherever it is.
+  void allow(const std::string& path);
+
   /// Returns the folder below which results are written.
   const std::string& results() const { return results_; }
   /// Returns the folders that may be read besides it.
@@ -34,6 +40,7 @@ class FileBounds {
  private:
   std::string results_;
   std::vector<std::string> further_;
+  std::vector<std::string> files_;  // resolved
 };
 
 /// Returns the folder of results unless a parameter names another: train_derail in ROS_HOME, which is ~/.ros if it is

@@ -2,6 +2,7 @@
 /// The node's inputs on the parameter server: its own parameters, and the scenario below them.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 
 #include "train_derail/inputs/error.hpp"
 #include "train_derail/inputs/reader.hpp"
+#include "train_derail/ros/file_bounds.hpp"
 #include "train_derail/ros/run_stream.hpp"
 
 namespace train_derail::ros_face {
@@ -36,14 +38,21 @@ struct ScenarioSource {
   /// Shared and never changed: assigning to a YAML::Node would write through to every copy of it.
   std::shared_ptr<const YAML::Node> tree;
   std::string name;                         ///< name for errors
-  std::string folder;                       ///< where a relative `base` of the scenario starts; "" if unknown
+  std::string folder;                       ///< where relative paths in the scenario start; "" if unknown
   std::vector<inputs::Override> overrides;  ///< changed inputs; later ones win
+  /// What the scenario may name; none: whatever there is, as who started the node has chosen it.
+  std::shared_ptr<const FileBounds> bounds;
 
   /// Reads and validates the scenario. Throws inputs::InputError.
   inputs::Scenario read() const;
+  /// Returns the files that it names, itself or by its bases. Throws inputs::InputError if one cannot be read.
+  std::vector<std::string> files() const;
   /// Adds overrides ("key=value"); they replace earlier ones of the same key. Throws inputs::InputError if one has no
   /// "=".
   void add_overrides(const std::vector<std::string>& texts);
+
+ private:
+  inputs::Layers layers(const std::function<void(const std::string&)>& ask) const;
 };
 
 /// Reads the node's own parameters. `tree` holds all parameters below `node_name`. Throws inputs::InputError if a

@@ -47,9 +47,11 @@ struct NextRun {
   bool paused = false;                ///< whether it waits
 };
 
-/// Reads and builds the run that is asked for, starting from `current` if nothing else is given. The time it takes
-/// grows with the input, so the thread of the simulation must not call it. Throws inputs::InputError.
-NextRun prepare(const RestartRequest& request, const ScenarioSource& current);
+/// Reads and builds the run that is asked for, starting from `current` if nothing else is given. What else is given may
+/// name files within `bounds`. The time it takes grows with the input, so the thread of the simulation must not call
+/// it. Throws inputs::InputError.
+NextRun prepare(const RestartRequest& request, const ScenarioSource& current,
+                const std::shared_ptr<const FileBounds>& bounds);
 
 /// How far a ~step has come.
 struct StepProgress {
@@ -91,6 +93,9 @@ class SimulationLoop {
   Answer restart(NextRun next);
   /// Returns what the current scenario was made from.
   const ScenarioSource& source() const { return source_; }
+  /// Returns the files that another scenario may name: within the bounds of the node, and those that the first one
+  /// named. Any thread may call it.
+  const std::shared_ptr<const FileBounds>& scenario_bounds() const { return scenario_bounds_; }
   /// Called when the steps of step() are done, or at once if they are refused.
   using StepDone = std::function<void(const Answer&, const StepProgress&)>;
   /// Advances a paused run by `ticks` points of the grid, or by at least `seconds` of simulated time.
@@ -137,6 +142,7 @@ class SimulationLoop {
   const NodeParameters parameters_;
   LoopControl& control_;
   ScenarioSource source_;
+  std::shared_ptr<const FileBounds> scenario_bounds_;
   // One of the two, and how it is seen.
   std::optional<simulation::Simulation> simulation_;
   std::shared_ptr<Recording> recording_;
