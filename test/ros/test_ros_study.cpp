@@ -204,7 +204,11 @@ TEST_F(RosStudy, CancelledGoalKeepsWhatIsDoneAndTheNextGoesOn) {
   const RunStudyResult refused = client.result_of(goal("results"));
   EXPECT_EQ(client.state(), State::ABORTED);
   EXPECT_EQ(refused.status, RunStudyResult::OUTPUT_FAILED);
-  EXPECT_EQ(refused.message, command_line(path("study.yaml"), path("results")));
+  std::string said = command_line(path("study.yaml"), path("results"));
+  const std::string option = "; --resume computes";
+  ASSERT_NE(said.find(option), std::string::npos) << said;
+  EXPECT_EQ(refused.message, said.replace(said.find(option), option.size(), "; resume computes"))
+      << "a field of the goal";
 
   const RunStudyResult resumed = client.result_of(goal("results", true));
   EXPECT_EQ(client.state(), State::SUCCEEDED) << resumed.message;
@@ -240,12 +244,6 @@ TEST_F(RosStudy, WhatIsWrongIsSaidAsOnTheCommandLine) {
   EXPECT_EQ(r.status, RunStudyResult::OUTPUT_FAILED);
   EXPECT_EQ(r.message, command_line(g.file, g.folder));
   EXPECT_NE(r.message.find("a_file"), std::string::npos) << r.message;
-
-  r = client.result_of(goal("twice"));
-  ASSERT_EQ(r.status, RunStudyResult::DONE) << r.message;
-  r = client.result_of(goal("twice"));
-  EXPECT_EQ(r.status, RunStudyResult::OUTPUT_FAILED);
-  EXPECT_NE(r.message.find("; resume computes what is missing"), std::string::npos) << r.message;
 
   const std::string few = "scenario: scenario.yaml\nfactors:\n  - {key: initial.speed, values: [20 mph]}\nseed: ";
   write("study.yaml", few + "1\n");
