@@ -70,7 +70,7 @@ void Publishers::receive(const AnyMessage& message) {
 void Publishers::publish_waiting() {
   for (const auto& [topic, message] : waiting_) {
     publishers_[topic].publish(message);
-    newest_[topic] = message;
+    before_[topic] = std::exchange(newest_[topic], message);
   }
   waiting_.clear();
 }
@@ -96,11 +96,18 @@ bool Publishers::is_watched() const {
   return (no_markers || wants_markers()) && has_listeners(topic_number<CouplersTopic>());
 }
 
-bool Publishers::all_sent() const {
+bool Publishers::has_subscribers() const {
   for (std::size_t i = 0; i < publishers_.size(); ++i) {
-    // Besides this object and a latch, only queues for subscribers hold the bytes.
-    const long holders = topic_facts(i).latched == Latched::yes ? 2 : 1;
-    if (has_listeners(i) && newest_[i].bytes.buf.use_count() > holders) return false;
+    if (i == topic_number<ClockTopic>() || i == topic_number<TfStaticTopic>()) continue;
+    if (has_listeners(i)) return true;
+  }
+  return false;
+}
+
+bool Publishers::all_but_newest_sent() const {
+  // The newest is held by latches, and roscpp keeps what a socket was given last.
+  for (std::size_t i = 0; i < publishers_.size(); ++i) {
+    if (has_listeners(i) && before_[i].bytes.buf.use_count() > 1) return false;
   }
   return true;
 }

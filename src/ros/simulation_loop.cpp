@@ -20,8 +20,8 @@ namespace {
 
 /// Longest that a stop request goes unseen, wall [s].
 constexpr double kWaitMax = 0.1;
-/// For subscribers to take what is kept for them before the process exits, wall [s]; and between two looks.
-constexpr double kLingerMax = 20.0, kLingerInterval = 0.01;
+/// For subscribers to take what is kept for them before the process exits, wall [s]; between two looks; for the newest.
+constexpr double kLingerMax = 20.0, kLingerInterval = 0.01, kLinger = 0.5;
 /// Grids that are no more than rounding beyond a point belong to it.
 constexpr double kTickRounding = 1.0e-9;
 constexpr double kStepTicksMax = 1.0e9;
@@ -153,8 +153,9 @@ int SimulationLoop::run() {
   std::fwrite(table.data(), 1, table.size(), stdout);
   std::fflush(stdout);
   const WallTime leave_at = WallClock::now() + wall_seconds(kLingerMax);
-  while (!publishers_.all_sent() && !control_.stop && ::ros::ok() && WallClock::now() < leave_at)
+  while (!publishers_.all_but_newest_sent() && !control_.stop && ::ros::ok() && WallClock::now() < leave_at)
     std::this_thread::sleep_for(wall_seconds(kLingerInterval));
+  if (publishers_.has_subscribers()) std::this_thread::sleep_for(wall_seconds(kLinger));
   if (state_ == State::failed) return 3;
   return bag_failed_ ? 1 : 0;
 }

@@ -42,9 +42,11 @@ class Publishers : public MessageSink {
   /// Returns whether somebody has begun to listen to the markers since the last call.
   bool take_newcomers();
 
-  /// Returns whether roscpp has handed the newest message of every topic, and so all before it, to the sockets of those
-  /// who listen.
-  bool all_sent() const;
+  /// Returns whether roscpp has handed all messages but the newest of each topic to the sockets of those who listen.
+  bool all_but_newest_sent() const;
+
+  /// Returns whether anybody listens to what the run yields; /clock and /tf_static do not count.
+  bool has_subscribers() const;
 
  private:
   void receive(const AnyMessage& message) override;
@@ -53,7 +55,7 @@ class Publishers : public MessageSink {
   ::ros::CallbackQueue newcomers_;  ///< says who begins to listen to the markers
   bool has_newcomers_ = false;
   std::vector<std::pair<std::size_t, MessageBytes>> waiting_;  ///< each with the number of its topic
-  std::array<MessageBytes, kTopicCount> newest_;               ///< that has been published, of each topic
+  std::array<MessageBytes, kTopicCount> newest_, before_;      ///< that have been published last, of each topic
   std::array<::ros::Publisher, kTopicCount>
       publishers_;  ///< in the order of Topics; an empty one for each topic that is off
 };
