@@ -151,7 +151,9 @@ TEST(BallOnGround, DoesNotJumpAtAHollowHoweverDeepItIs) {
       const BallTouches found = ball_on_ground(outline, at, bed + radius - depth, radius);
       double energy = 0.0;
       for (std::size_t k = 0; k < found.count; ++k) energy += 0.5 * found.at[k].depth * found.at[k].depth;
-      if (before >= 0.0) ASSERT_NEAR(energy, before, 1e-4) << depth << " m deep at " << at - foot;
+      if (before >= 0.0) {
+        ASSERT_NEAR(energy, before, 1e-4) << depth << " m deep at " << at - foot;
+      }
       before = energy;
     }
   }
