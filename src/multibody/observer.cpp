@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 #include "train_derail/outcome/pile_up.hpp"
 
 namespace train_derail::multibody {
