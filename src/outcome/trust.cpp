@@ -38,7 +38,7 @@ void judge(Outcome& o) {
   if (o.energy_residual > kResidualUnusual) o.warnings.push_back(residual_text(o.energy_residual));
   if (o.ended == Ended::time_max) {
     o.warnings.push_back(
-        fmt::format("cut off at stop.time_max, with {:.3g} MJ of motion left: what still moved would have gone on",
+        fmt::format("cut off at stop.time_max with {:.3g} MJ of motion left: what still moved would have gone on",
                     o.energy.kinetic() * 1e-6));
   }
   if (o.ended == Ended::at_rest && o.stop_time == 0.0) {

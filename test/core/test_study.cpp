@@ -151,7 +151,7 @@ TEST_F(StudyTest, MistakesAreNamed) {
 
 // A study without a perturbation of its own has its scenario's; runs of a point that cannot differ are refused.
 TEST_F(StudyTest, ReplicatesDifferOrAreRefused) {
-  const std::string head = "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\nstop: {time_max: 2 s}\n";
+  const std::string head = "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\nstop: {time_max: 100 s}\n";
   const auto with = [&](const std::string& initial, const std::string& study, int cars = 4) {
     std::string text = head;
     text.replace(text.find("count: 4"), 8, "count: " + std::to_string(cars));
