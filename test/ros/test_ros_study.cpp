@@ -156,7 +156,7 @@ TEST_F(RosStudy, TableIsThatOfTheCommandLineAndTheLiveRunIsNotDisturbed) {
   EXPECT_EQ(r.failed, kRuns / 2);
   EXPECT_GT(r.wall_time, 0.0);
   EXPECT_NE(r.message.find("120 of 240 failed"), std::string::npos) << r.message;
-  EXPECT_NE(r.table.find("5-95 %"), std::string::npos) << r.table;
+  EXPECT_NE(r.table.find("5 to 95 % of 60 runs"), std::string::npos) << r.table;
   expect_table_of_command_line("results");
   EXPECT_TRUE(fs::exists(folder_ / "results" / "about.json"));
 
