@@ -32,7 +32,7 @@ class StudyFolder : public Folder {
   void SetUp() override {
     write("scenario.yaml",
           "consist:\n  - {count: 4, length: 61.1 ft, weight: 150 kip}\n"
-          "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 100 s}\n");
+          "initial: {speed: 20 mph, yaw_rate: 0.2}\nstop: {time_max: 2 s}\n");
     write("study.yaml", kStudy);
   }
 

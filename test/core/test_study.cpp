@@ -214,7 +214,8 @@ TEST_F(StudyTest, ReplicatesDifferOrAreRefused) {
 // A seed without a perturbation is an input without effect: runs that need none are not warned of it.
 TEST_F(StudyTest, RunsWithoutPerturbationHaveNoSeedToBeWarnedOf) {
   write("plain.yaml",
-        "scenario: scenario.yaml\nplan: grid\nfactors:\n  - {key: initial.speed, values: [10 mph, 20 mph]}\n");
+        "scenario: {base: scenario.yaml, stop: {time_max: 100 s}}\nplan: grid\nfactors:\n  - {key: initial.speed, "
+        "values: [10 mph, 20 mph]}\n");
   const study::Study s = read("plain.yaml");
   EXPECT_EQ(study::scenario_of(s, study::Points(s)[0], study::run_of(s, 0)).initial.perturbation.seed, 0);
   run(s, "out", 1);
