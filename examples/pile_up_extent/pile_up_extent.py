@@ -2,7 +2,8 @@
 """Example of a subscriber in Python: how the pile-up of a simulated train spreads, as a CSV table.
 
 One row a point of the grid of simulated time, about the footprints of the cars past the point of derailment or off the
-track, from above: a car that lies on its side is as wide as it is high. Extents are empty while there is none. Further runs go on in the same file with their run_id.
+track, from above: a car that lies on its side is as wide as it is high. Extents are empty while there is none. Further
+runs go on in the same file with their run_id.
 
 Parameters: ~file, the table, which is written anew (required); ~simulator, name of the simulator's node (default:
 train_derail); ~resume, start a paused simulator once its topics arrive, so that nothing of the run is missed (default:

@@ -142,8 +142,7 @@ void judge_train(const Scenario& s, std::vector<Warning>& out) {
                    "lighter than the loaded North American cars (263 to 286 kip) that the couplers, brakes and rails "
                    "of config/accident.yaml were fitted to: too many empty cars would derail; with empty cars take the "
                    "values of config/variants/freight.yaml (freight3d.yaml in space) and give each block its "
-                   "loaded_weight; UIC trains: "
-                   "config/uic_freight.yaml"});
+                   "loaded_weight; UIC trains: config/uic_freight.yaml"});
   }
 }
 

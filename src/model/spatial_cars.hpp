@@ -116,23 +116,6 @@ struct Body {
     return std::min(box, rise.z() * underframe.z() - rise.cwiseAbs().dot(reach));
   }
 
-  /// Calls use(place, radius) for what a body can be lowest by: its corners and those of its underframe, radius 0; of a
-  /// cylinder the centres of its heads. Places are from the centre of mass along the car's axes [m].
-  template <class Use>
-  void each_corner(const Use& use) const {
-    for (const double x : {1.0, -1.0}) {
-      if (cylinder) {
-        use(Eigen::Vector3d(box_centre + x * shell_half() * Eigen::Vector3d::UnitX()), shell_radius);
-        continue;
-      }
-      for (const double y : {1.0, -1.0}) {
-        for (const double z : {1.0, -1.0})
-          use(Eigen::Vector3d(box_centre + box_half.cwiseProduct(Eigen::Vector3d(x, y, z))), 0.0);
-        if (narrow) use(Eigen::Vector3d(x * half_length, y * underframe.y(), underframe.z()), 0.0);
-      }
-    }
-  }
-
   double kinetic(const SpatialMotion& q) const {
     return 0.5 * mass * q.velocity.squaredNorm() + 0.5 * q.body_rates.dot(inertia.cwiseProduct(q.body_rates));
   }

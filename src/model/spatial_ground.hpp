@@ -40,6 +40,17 @@ class SpatialGround {
     if (!(above_[car] > 0.0)) press_near(car, s);
   }
 
+  /// Calls use(place, radius) for what a body may lie on the ground by: points of a box and its underframe, radius 0;
+  /// balls of a cylinder.
+  template <class Use>
+  static void each_point(const Body& b, const SpatialMotion& q, const Use& use) {
+    if (b.cylinder) {
+      for (std::size_t i = 0; i < kBalls; ++i) use(ball_of(b, q, i), b.shell_radius);
+    } else {
+      for (std::size_t i = 0; i < corners(b); ++i) use(q.point(corner_of(b, i)), 0.0);
+    }
+  }
+
   /// Where its points are from its centre of mass; again as that moves.
   void find_corners(std::size_t car);
 

@@ -255,13 +255,9 @@ SpatialModel::SpatialModel(const inputs::Scenario& scenario, const std::string& 
   if (scenario.track.grades.empty() || parts_->locomotives.empty()) return;
   // Locomotives have held the train on the grades where it begins, too.
   const StateVector first = initial_state();
-  double uphill = 0.0, of_locomotives = 0.0;
-  for (Eigen::Index k = 0; k < car_count(); ++k) {
-    const SpatialMotion q = motion(first.data(), k);
-    uphill += at(k).weight * q.axes(2, 0);
-  }
-  for (const Locomotive& l : parts_->locomotives) of_locomotives += at(l.car).weight;
-  for (Locomotive& l : parts_->locomotives) l.held += uphill * at(l.car).weight / of_locomotives;
+  double uphill = 0.0;
+  for (Eigen::Index k = 0; k < car_count(); ++k) uphill += at(k).weight * motion(first.data(), k).axes(2, 0);
+  parts_->locomotives = locomotives_of(scenario, cars(), uphill);
 }
 
 SpatialModel::~SpatialModel() = default;
@@ -473,8 +469,8 @@ std::optional<Attitude> SpatialModel::attitude(const double* y, Eigen::Index car
     return p.z() - parts_->bed.profile.at(track_place(car, {p.x(), p.y()}).s).bed;
   };
   double lowest = inputs::kInfinity;
-  b.each_corner(
-      [&](const Vector3d& own, double radius) { lowest = std::min(lowest, above_rails(q.point(own)) - radius); });
+  SpatialGround::each_point(
+      b, q, [&](const Vector3d& place, double radius) { lowest = std::min(lowest, above_rails(place) - radius); });
   return Attitude{std::acos(std::clamp(q.axes(2, 2), -1.0, 1.0)), above_rails(centre), lowest};
 }
 

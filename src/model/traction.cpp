@@ -6,7 +6,7 @@ namespace train_derail::model {
 
 void Locomotive::find(bool pulls, double along) { pull = pulls ? traction_force(held, most, speed, along) : 0.0; }
 
-std::vector<Locomotive> locomotives_of(const inputs::Scenario& scenario, const std::vector<Car>& cars) {
+std::vector<Locomotive> locomotives_of(const inputs::Scenario& scenario, const std::vector<Car>& cars, double uphill) {
   std::vector<Locomotive> found;
   if (scenario.traction.law == inputs::TractionLaw::none) return found;
   double weight = 0.0, of_locomotives = 0.0;
@@ -22,7 +22,7 @@ std::vector<Locomotive> locomotives_of(const inputs::Scenario& scenario, const s
     }
   }
   for (Locomotive& l : found) {
-    l.held = held_force(scenario.brakes.rolling_resistance, scenario.track.grade, weight) *
+    l.held = (held_force(scenario.brakes.rolling_resistance, scenario.track.grade, weight) + uphill) *
              (cars[static_cast<std::size_t>(l.car)].weight / of_locomotives);
   }
   return found;

@@ -21,8 +21,10 @@ struct Locomotive {
   /// Finds it at the speed `along`, forward [m/s].
   void find(bool pulls, double along);
 };
-/// Those of a train; none where traction.law is none.
-std::vector<Locomotive> locomotives_of(const inputs::Scenario& scenario, const std::vector<Car>& cars);
+/// Those of a train; none where traction.law is none. `uphill`: what pulls the train back where it begins, beside
+/// track.grade [N].
+std::vector<Locomotive> locomotives_of(const inputs::Scenario& scenario, const std::vector<Car>& cars,
+                                       double uphill = 0.0);
 
 /// It acts on locomotives whose trucks are both on the rails, along their heading.
 class Traction final : public Part {

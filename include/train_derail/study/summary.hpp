@@ -54,9 +54,8 @@ Totals write_results(const std::string& folder, const Study& study, double wall_
 /// write_summary() does.
 std::string to_table(const std::string& folder, const Study& study);
 
-/// Returns the table of an ensemble of one scenario (see ensemble_of()), the SI units of the table of a single
-/// run beside mph, kip and ft. `outcomes`
-/// are in the order of the runs; those with Ended::running are left out.
+/// Returns the table of an ensemble of one scenario (see ensemble_of()), the SI units of the table of a single run
+/// beside mph, kip and ft. `outcomes` are in the order of the runs; those with Ended::running are left out.
 std::string ensemble_table(const Study& study, const std::vector<outcome::Outcome>& outcomes);
 /// Returns the same as JSON in SI units: runs, failed runs, warnings, spread of each outcome.
 std::string ensemble_json(const Study& study, const std::vector<outcome::Outcome>& outcomes);

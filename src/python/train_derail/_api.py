@@ -398,7 +398,8 @@ def ensemble(scenario: Union[Scenario, PathLike], seeds: int, changes: Changes =
              progress: Progress = None, **short: Value) -> Ensemble:
     """Runs a scenario ``seeds`` times, each with its own perturbation, as ``derail run --seeds``.
 
-    ``seeds``: 2 or more. ``jobs``: threads; 0: one a core. They do not hold the interpreter. The results do not depend on their number.
+    ``seeds``: 2 or more. ``jobs``: threads; 0: one a core. They do not hold the interpreter. The results do not depend
+    on their number.
     ``progress(done, total)`` is called now and then. Raises InputError, also if the runs could not differ. A run whose
     integration failed stays in the results: ``outcome["ended"]``.
 
